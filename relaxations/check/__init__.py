@@ -29,6 +29,8 @@ from relaxations.check.arithmetic import Polynomial, Refused, Unreadable, value_
 from relaxations.check.proof import conclusion
 from relaxations.check.read import FORMAT, VERSION, Document, document, read
 from relaxations.check.report import report
+from relaxations.check.runs.read import document as document_of_run
+from relaxations.check.runs.read import is_run
 from relaxations.check.runs.report import report as report_of_run
 from relaxations.check.statement import Context, Theorem
 
@@ -142,8 +144,8 @@ def main(arguments: list[str]) -> int:
         return EXIT_ACCEPTED if arguments[:1] in (["-h"], ["--help"]) else EXIT_UNREADABLE
     try:
         content = read(arguments[0])
-        if runs.is_run(content):
-            run = runs.document(content)
+        if is_run(content):
+            run = document_of_run(content)
             lines = list(report_of_run(run, runs.proven(run)))
         else:
             found = document(content)

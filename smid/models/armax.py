@@ -70,8 +70,12 @@ def Armax(
     --------
     >>> print(Armax(1, 0, 1))
     ARMAX
-      w[t] = -a1*y_measured[t - 1] + b0*u[t - 1] + c1*(y_measured[t - 1] - w[t - 1])
+      w[t] = -a1*y_measured[t - 1] + b0*u[t - 1] + c1*(-w[t - 1] + y_measured[t - 1])
       y[t] = w[t] + e[t]
+      y[t] = y_measured[t]
+      a1 free
+      b0 free
+      c1 in [-1, 1]
     """
     for option, value in (("na", na), ("nb", nb), ("nc", nc), ("delay", delay)):
         check_count(option, value, 0)

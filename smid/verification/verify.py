@@ -13,6 +13,8 @@ from relaxations import check
 from relaxations.check import runs
 from relaxations.check.read import Document, document
 from relaxations.check.report import strongest
+from relaxations.check.runs.read import document as document_of_run
+from relaxations.check.runs.read import is_run
 from relaxations.check.statement import Theorem
 from smid.data import DataError, Dataset
 from smid.data.window import Window, cut_all
@@ -122,16 +124,16 @@ def verify(
         raise TypeError(f"verify was given {kinds}: give verify(proof, data, model): the file, a Dataset, a Model")
     try:
         content = check.read(proof)
-        is_run = runs.is_run(content)
+        of_run = is_run(content)
         origin = _origin(content)
         data = _proven_part(origin, data)
         _compare_data(origin["data"], data)
         if model is not None:
             own = bind(model, data)
-            _compare_models(origin["model"], statement_of(own, data) if is_run else model_statement(own))
+            _compare_models(origin["model"], statement_of(own, data) if of_run else model_statement(own))
         if noise_bound is not None:
             _compare_bounds(origin["noise_bounds"], noise_bound)
-        return (_run_verified if is_run else _verified)(content, origin, data)
+        return (_run_verified if of_run else _verified)(content, origin, data)
     except check.Unreadable as error:
         raise DataError(str(error)) from None
     except check.Refused as error:
@@ -158,7 +160,7 @@ def _verified(content: Any, origin: dict[str, Any], data: Dataset) -> Verificati
 
 
 def _run_verified(content: Any, origin: dict[str, Any], data: Dataset) -> Verification:
-    found = runs.document(content)
+    found = document_of_run(content)
     equations, claim = check_statement(found, data), runs.proven(found)
     intervals = {name: (_rounded(low, -1), _rounded(high, 1)) for name, (low, high) in (claim or {}).items()}
     return Verification(origin, equations, claim is None, intervals)
@@ -174,7 +176,7 @@ def read_origin(proof: str | Path) -> dict[str, Any]:
 
 def _origin(content: Any) -> dict[str, Any]:
     """Return the origin of a certificate, and what it states of the model."""
-    origin = document(content).origin if not runs.is_run(content) else origin_of_run(runs.document(content))
+    origin = document(content).origin if not is_run(content) else origin_of_run(document_of_run(content))
     if not isinstance(origin, dict) or not {"model", "noise_bounds", "data", "software"} <= origin.keys():
         raise DataError(
             "the certificate states no model and data, so there is nothing to compare: write it with "

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from relaxations.check import runs
 from relaxations.check.forms import shown_name
+from relaxations.check.runs.read import Document
 from smid.data import Dataset
 from smid.models import Model
 from smid.models.expressions import from_text
@@ -25,7 +25,7 @@ def statement_of(model: Model, data: Dataset) -> dict[str, Any]:
     return plain_statement(at_sampling_time(model, data.sampling_time).discretised())
 
 
-def check_statement(found: runs.Document, data: Dataset) -> int:
+def check_statement(found: Document, data: Dataset) -> int:
     """Return the number of equations in the certificate; NotProvenError names what is not of the model or the data."""
     content = found.content
     lines = causal_order(Line(signal(name)[t], from_text(text)) for name, text in content["model"]["lines"].items())
@@ -52,7 +52,7 @@ def check_statement(found: runs.Document, data: Dataset) -> int:
     return sum(run.n_samples - begins for run in data.experiments for begins in first.values())
 
 
-def origin_of_run(found: runs.Document) -> dict[str, Any] | None:
+def origin_of_run(found: Document) -> dict[str, Any] | None:
     """Return the origin of a run certificate, with what the file itself states of model and noise bounds."""
     origin = found.content.get("origin")
     stated = {key: found.content[key] for key in ("model", "noise_bounds")}

@@ -22,9 +22,9 @@ from relaxations.check.arithmetic import Refused
 from relaxations.check.forms import shown_name
 from relaxations.check.runs.fixed import ONE
 from relaxations.check.runs.proof import hull
-from relaxations.check.runs.read import FORMAT, LARGEST_SHIFT, VERSION, Claim, Document, document, is_run
+from relaxations.check.runs.read import Claim, Document, document
 
-__all__ = ["FORMAT", "LARGEST_SHIFT", "VERSION", "Claim", "Document", "check", "document", "is_run", "proven"]
+__all__ = ["check"]
 
 
 def check(content: object) -> Claim | None:

@@ -13,7 +13,19 @@ from functools import partial
 from math import inf, isqrt
 
 from relaxations.check.runs import fixed
-from relaxations.check.runs.affine import UNKNOWN, Form, Range, between, floor, line, negative, positive, sign
+from relaxations.check.runs.affine import (
+    UNKNOWN,
+    Form,
+    Range,
+    between,
+    floor,
+    line,
+    multiply,
+    narrowed,
+    negative,
+    positive,
+    sign,
+)
 from relaxations.check.runs.fixed import BITS, ONE, End, Ends, above, below, up
 
 Value = Callable[[int], tuple[int, End]]
@@ -145,6 +157,18 @@ def power(a: Form, exponent: Fraction) -> Form:
     return _bent(known, curve, _rising(value, known.low, known.high, 0))
 
 
+def raised(a: Form, exponent: Form) -> Form:
+    """Return a power whose exponent is a form: of a negative number, it has a value where the exponent is whole."""
+    low, high = exponent.low, exponent.high
+    whole = not (isinstance(low, int) and isinstance(high, int)) or high >> BITS != (low - 1) >> BITS
+    return UNKNOWN if a.low < 0 and whole else exp(multiply(exponent, log(a)))
+
+
+def size(a: Form) -> Form:
+    """Return a number that is known not to be negative."""
+    return narrowed(a, 0, inf)
+
+
 def _without_negative(a: Form) -> Form | None:
     """Return a form with its negative part left out; None where nothing is left."""
     if a.high < 0:
@@ -207,6 +231,7 @@ def atan(a: Form) -> Form:
 FUNCTIONS: dict[str, Callable[[Form], Form]] = {
     "positive": positive,
     "sign": sign,
+    "size": size,
     "floor": floor,
     "square": square,
     "reciprocal": reciprocal,

@@ -22,6 +22,7 @@ VERSION = 1
 
 MOST_SAMPLES = 1 << 24
 MOST_KEPT = 1 << 10
+MOST_UNKNOWNS = 10_000
 LONGEST_TEXT = 200_000
 LARGEST_SHIFT = 1 << 11
 WORK = 200_000_000
@@ -102,9 +103,9 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
     }
     if not parameters:
         raise Unreadable("the model has no parameters: nothing is claimed")
-    confused = sorted({"pi", "E"} & parameters.keys())
+    confused = sorted({"pi", "E", "value"} & parameters.keys())
     if confused:
-        raise Unreadable(f"a parameter is called {confused[0]}, which stands for a number")
+        raise Unreadable(f"a parameter is called {confused[0]}, which stands for something else")
     lines = _named(model["lines"], "lines")
     bounds = {
         name: reader.number(value, f"the noise bound of {shown_name(name)}")
@@ -114,6 +115,7 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
         _Measurement.of(reader, value, bounds, f"measurement {k}")
         for k, value in enumerate(reader.items(model["measurements"], "measurements"))
     ]
+    work = Work(WORK)
     records = [_Run.of(reader, value) for value in reader.items(file["experiments"], "experiments")]
     if not records:
         raise Unreadable("there are no experiments")
@@ -150,11 +152,22 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
     names, box = list(parameters), list(parameters.values())
     experiments = []
     for e, run in enumerate(records):
-        shown = tuple(_samples(run.channels.get(m.channel, [None] * run.count), m.bound) for m in measurements)
+        missing = [m.channel for m in measurements if m.channel not in run.channels]
+        if missing:
+            raise Unreadable(f"experiment {shown_name(run.name)} has no samples of {shown_name(missing[0])}")
+        work.spend(10 * run.count * (len(measurements) + len(exact)))
+        shown = tuple(_samples(run.channels[m.channel], m.bound) for m in measurements)
         places = {}
         for name in (name for name in lines if name in tape.lags):
-            for now in range(min(first[name], run.count)):
-                seen = [own[now] for m, own in zip(measured, shown, strict=True) if m.signal == name and m.defined]
+            steps = min(first[name], run.count)
+            if len(names) + steps > MOST_UNKNOWNS:
+                raise Unreadable(f"there are more than {MOST_UNKNOWNS} unknowns, the limit of this program")
+            for now in range(steps):
+                seen = [
+                    own[now]
+                    for m, own in zip(measured, shown, strict=True)
+                    if m.signal == name and m.defined is not None
+                ]
                 known = [*((form.low, form.high) for form in seen if form), *initial.get((e, name, now), [])]
                 places[name, now] = len(names)
                 names.append(f"{name}[{now}]" if len(records) == 1 else f"{name}[{now}] of {run.name}")
@@ -173,7 +186,7 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
         constraints,
         tuple(experiments),
         kept,
-        Work(WORK),
+        work,
     )
 
 

@@ -28,7 +28,7 @@ from relaxations.check.runs.affine import (
     symbol,
 )
 from relaxations.check.runs.fixed import End
-from relaxations.check.runs.functions import FUNCTIONS, power
+from relaxations.check.runs.functions import FUNCTIONS, power, raised
 from relaxations.check.runs.statement import Experiment, Stated
 from relaxations.check.runs.tape import Entry
 
@@ -88,7 +88,7 @@ def _fixed(stated: Stated, starts: list[Form]) -> list[Form]:
 
 def _cost(entry: Entry) -> int:
     """Return about how long an operation takes without its slopes, of which each takes one."""
-    return 100 if entry[0] in FUNCTIONS or entry[0] == "power" else 10
+    return 100 if entry[0] in FUNCTIONS or entry[0] in ("power", "raise") else 10
 
 
 def operate(entry: Entry, forms: list[Form], starts: list[Form]) -> Form:
@@ -111,6 +111,8 @@ def operate(entry: Entry, forms: list[Form], starts: list[Form]) -> Form:
             return hull(forms[a], forms[b])
         case ("power", a, exponent):
             return power(forms[a], exponent)
+        case ("raise", a, exponent):
+            return raised(forms[a], forms[exponent])
         case (name, a):
             return FUNCTIONS[name](forms[a])
     raise AssertionError(entry)

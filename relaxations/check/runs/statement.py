@@ -10,7 +10,8 @@ of every experiment, such that
   less the noise, or that difference itself where there is no inverse. A missing sample shows nothing;
 - any other signal that a line reads is a channel whose samples are exact; a missing one is any number.
 
-An expression has a value where each part that it needs is a real number; of a ``Piecewise``, the chosen branch alone.
+An expression has a value where each part that it needs is a real number; of a ``Piecewise``, the chosen branch alone. A
+power of a negative number has one where the exponent is whole.
 """
 
 from __future__ import annotations

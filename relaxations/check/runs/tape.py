@@ -155,7 +155,7 @@ class Tape:
         place = self.write(exponent)
         size = self._value(place)
         if size is None:
-            return self.put("exp", self._product([place, self.put("log", self.write(base))]))
+            return self.put("raise", self.write(base), place)
         if size < 0:
             return self._inverse(self._power(base, ("number", -size)))
         if size.denominator == 1:
@@ -187,7 +187,8 @@ class Tape:
         if len(places) == 1:
             (a,) = places
             if name == "Abs":
-                return self._sum([self._scaled(self.put("positive", a), Fraction(2)), self._scaled(a, Fraction(-1))])
+                size = self._sum([self._scaled(self.put("positive", a), Fraction(2)), self._scaled(a, Fraction(-1))])
+                return self.put("size", size)
             if name == "ceiling":
                 return self._scaled(self.put("floor", self._scaled(a, Fraction(-1))), Fraction(-1))
             if name == "tan":
@@ -217,7 +218,7 @@ class Tape:
         return self._sum([a, self._scaled(b, Fraction(-1))])
 
 
-_CALLED = frozenset(FUNCTIONS) - {"positive", "square", "reciprocal"}
+_CALLED = frozenset(FUNCTIONS) - {"positive", "size", "square", "reciprocal"}
 
 
 def _limited(value: Fraction) -> Fraction:

@@ -114,7 +114,8 @@ def decide(model: Model, data: Dataset, window: Window, bounds: Mapping[str, flo
             record, points = _posed(model, part, bounds)
             if any(map(record.fits, points)):
                 return decision(Status.FEASIBLE)
-            if is_polynomial(model):
+            # To eliminate hidden states from a long line can take minutes, and cannot be interrupted.
+            if _measures_all_states(model) and is_polynomial(model):
                 with time_limit(max(_SHARE * remaining(), 1e-3)):
                     status, samples = _relaxed(model, part, bounds)
                 if status is not Status.UNDECIDED:
@@ -134,6 +135,10 @@ def decide(model: Model, data: Dataset, window: Window, bounds: Mapping[str, flo
     if cover.boxes:
         return decision(Status.UNDECIDED, f"{cover.contracted} contractions leave {len(cover.boxes)} boxes")
     return decision(Status.EXCLUDED, samples=tuple((window.first + k, share) for _, k, share in heaviest(cover)))
+
+
+def _measures_all_states(model: Model) -> bool:
+    return set(model.states) <= {m.signal for m in model.measurements}
 
 
 def _relaxed(model: Model, part: Dataset, bounds: Mapping[str, float]) -> tuple[Status, tuple[tuple[int, float], ...]]:

@@ -16,12 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from relaxations.check import runs
+from relaxations.check.runs import read
 from relaxations.check.runs.fixed import ONE, below
 from relaxations.check.runs.proof import Box as Ends
 from relaxations.check.runs.proof import Pass, Side, bound_of, contract
 from relaxations.check.runs.run import CONSTRAINT, Row, Source, rows
 from relaxations.check.runs.statement import Stated
+from relaxations.deadline import Progress
 from smid.identification.inversion.contraction import NOTHING, Multipliers, contracted
 from smid.identification.inversion.cover import Box, Cover
 from smid.identification.inversion.record import KEPT, Record, Rows
@@ -29,13 +30,14 @@ from smid.verification.origin import plain_statement, samples_as_text
 
 _DIGITS = 40  # bits of the largest multiplier of an end; the bound is true whatever is left out
 _FURTHER = 8  # contractions of a box of which more is left than the search left
+_TOLD = 20  # boxes between two lines of progress
 _HALVINGS = 1000  # of boxes for which they do not suffice
 
 Claim = dict[str, tuple[float, float]]
 
 
 def write_run_certificate(
-    file: str | Path, cover: Cover, bounds: Mapping[str, float], origin: Mapping[str, Any]
+    file: str | Path, cover: Cover, bounds: Mapping[str, float], origin: Mapping[str, Any], say: Progress
 ) -> Claim | None:
     """Write the proof of a cover, and return the proven ends of each parameter; None where the set is proven empty.
 
@@ -47,17 +49,19 @@ def write_run_certificate(
         Of each noisy channel, in its unit.
     origin
         Where model and data come from.
+    say
+        Called with a line of text now and then.
     """
     content = {
-        "format": runs.FORMAT,
-        "version": runs.VERSION,
+        "format": read.FORMAT,
+        "version": read.VERSION,
         "origin": origin,
         **run_statement(cover.record, bounds),
         "claim": None,
         "boxes": [],
     }
-    walk = _Walk(runs.document(content).stated, cover)
-    walk.all()
+    walk = _Walk(read.document(content).stated, cover)
+    walk.all(say)
     claim = walk.claim
     priors = {p.name: (p.lower, p.upper) for p in cover.record.model.parameters}
     if claim == priors:
@@ -130,13 +134,15 @@ class _Walk:
             for k, name in enumerate(names)
         }
 
-    def all(self) -> None:
+    def all(self, say: Progress) -> None:
         """Walk through all boxes, depth first."""
         waiting: list[tuple[Box, Ends]] = [(self._root, list(self._stated.box))]
         while waiting:
             box, ends = waiting.pop()
             node: dict[str, Any] = {}
             self.boxes.append(node)
+            if len(self.boxes) % _TOLD == 0:
+                say(f"certificate: {len(self.boxes)} boxes, {len(waiting)} branches left")
             passes, empty = self._contracted(box, ends)
             if passes:
                 node["passes"] = passes
@@ -225,7 +231,7 @@ def _arrays(known: Mapping[Source, Row | None], unknowns: int) -> Rows:
 def _side(m: Multipliers, places: dict[Source, int]) -> Side:
     """Return multipliers as whole numbers of their rows, whose places are found or added."""
     exponent = math.frexp(float(np.abs(m.values).max(initial=0.0)))[1]
-    shift = min(max(_DIGITS - exponent, 0), runs.LARGEST_SHIFT - 1)
+    shift = min(max(_DIGITS - exponent, 0), read.LARGEST_SHIFT - 1)
     terms = []
     for (run, e, n, now), value in zip(m.sources.tolist(), m.values.tolist(), strict=True):
         whole = round(math.ldexp(value, shift))

@@ -117,6 +117,7 @@ class Cover:
 
     def add(self, point: Array) -> bool:
         """Keep a point that is verified to fit, and return whether it is."""
+        point = np.clip(point, self.record.lower, self.record.upper)
         fits = self.record.fits(point)
         self.points += [point] if fits else []
         return fits
@@ -162,8 +163,7 @@ class Cover:
                 return
             if found.inside is not None:
                 frame = self.record.frame
-                inside = found.inside if frame is None else frame.unknowns(found.inside)
-                self.add(np.clip(inside, self.record.lower, self.record.upper))
+                self.add(found.inside if frame is None else frame.unknowns(found.inside))
             before, now = (upper - lower)[self._free], (found.upper - found.lower)[self._free]
             if np.all(now >= (1 - _WORTH) * before) or self._beyond(box).max(initial=-np.inf) <= self.tolerance:
                 return

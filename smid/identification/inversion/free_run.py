@@ -140,11 +140,10 @@ def enclose_run(
     kept: int,
     anchor: float,
     defined_only: bool,
-    limits: Array,
     outputs: Array,
     bounded: Array,
-) -> bool:
-    """Write the forms of all measured outputs over a box, and return whether each signal keeps its limits for sure.
+) -> None:
+    """Write the forms of all measured outputs over a box.
 
     Parameters
     ----------
@@ -163,8 +162,6 @@ def enclose_run(
         A measured state whose reach is beyond so many noise bounds is replaced by its measurement.
     defined_only
         Forms hold the runs that are real numbers throughout. If set, nothing is known of what may not be.
-    limits
-        Shape (signals, 2).
     outputs
         Shape (measured outputs, n, 4 + unknowns). Each form is zero where the model fits the sample.
     bounded
@@ -173,7 +170,7 @@ def enclose_run(
     once, each, numbers, defined, remembered, first, rows = tape
     initial, row_channels, row_signals, constraints = places
     unknowns, signals, n = start.shape[0], defined.shape[0], data.shape[1]
-    width, kept_limits = start.shape[1], True
+    width = start.shape[1]
     forms = np.zeros((numbers.shape[0], width))
     past = np.zeros((signals, depth + 1, width))
     flat = past.reshape(signals * (depth + 1), width)
@@ -199,8 +196,6 @@ def enclose_run(
                         interval(forms, own, 0.0, 0.0)
                     else:
                         nothing_known(forms, own)
-                if not (forms[own, LOW] >= limits[signal, 0] and forms[own, HIGH] <= limits[signal, 1]):
-                    kept_limits = False
                 signal += 1
         # Keep the rows.
         for k in range(rows.shape[0]):
@@ -233,4 +228,3 @@ def enclose_run(
                     past[signal, place, symbol] = past[signal, place, RADIUS]
                     past[signal, place, RADIUS] = 0.0
                     oldest = (oldest + 1) % kept
-    return kept_limits

@@ -64,12 +64,13 @@ class Inverted:
         ends = record.lower.copy(), record.upper.copy()
         for end in ends:
             end[known] = 0.5 * record.lower[known] + 0.5 * record.upper[known]
-        if not known.all() and not record.knowledge(*ends):
+        if not known.all() and record.says_nothing(*ends):
             raise ModelError(
                 f"no channel measures {', '.join(record.loose)}, so nothing is known of where it begins, nor of the "
                 f"run: give it bounds, as in model.bound({record.loose[0]}=(-10, 10))"
             )
         self.cover = Cover(record, settings.tolerance)
+        self._not_written = ""
 
     def enclose(self) -> Enclosed:
         """Return the intervals of the parameters."""
@@ -120,7 +121,7 @@ class Inverted:
         carried = ", ".join(f"{sample} ({share:.0%})" for _, sample, share in self.heaviest)
         return (
             f"proven: no parameters within their boxes explain the data within {bounds}. Raise the bound, widen the "
-            f"boxes or extend the model. Most influential samples: {carried}"
+            f"boxes or extend the model. Most influential samples: {carried}{self._not_written}"
         )
 
     @property
@@ -134,8 +135,14 @@ class Inverted:
 
     def certify(self, file: str | Path, found: Enclosed) -> Enclosed:
         """Write the proof, and return what was found with the ends that the file proves."""
-        claim = write_run_certificate(file, self.cover, self.bounds, source_of(self.data, self.model.channels))
+        origin = source_of(self.data, self.model.channels)
+        claim = write_run_certificate(file, self.cover, self.bounds, origin, self.settings.progress or (lambda _: None))
         if claim is None or found.enclosure is None:
+            return found
+        if found.reason is Reason.EMPTY:
+            # The checker knows the bounds of hidden signals at their first samples only.
+            Path(file).unlink(missing_ok=True)
+            self._not_written = " No certificate is written: the proof reads bounds of hidden signals, and no file can."
             return found
         intervals = tuple(
             replace(i, lower=low, upper=high, from_box=(low <= p.lower, high >= p.upper))

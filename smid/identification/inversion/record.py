@@ -1,7 +1,8 @@
 """A model and a record: what each sample states about a box of the unknowns, and whether a point fits all samples.
 
 The unknowns are the parameters, and for each experiment the samples of the states before the first that the model
-computes. A measured state begins at its measurement, within the noise bound. A free run is enclosed over the box
+computes. A measured state begins at its measurement, within the noise bound. A hidden signal with bounds counts as
+measured. A free run is enclosed over the box
 (:mod:`.free_run`), so every sample states a linear inequality in the unknowns, with what is left over as a radius.
 """
 
@@ -9,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,8 +21,9 @@ from smid.data import Dataset
 from smid.identification.inversion.frame import Frame, static_curves
 from smid.identification.inversion.free_run import NO_SAMPLE, ZERO, enclose_run
 from smid.identification.inversion.tape import Tape, tape_of
-from smid.models import Model
+from smid.models import Measurement, Model
 from smid.models.running import at_sampling_time
+from smid.models.symbols import unused
 
 KEPT = 40
 """Symbols for what operations leave over, see :mod:`.free_run`."""
@@ -65,15 +67,11 @@ class Rows:
 
 @dataclass(frozen=True, eq=False)
 class _Forms:
-    """Forms of the measured outputs of one experiment, shape (n, width), with output and sample; of the constraints.
-
-    And whether each hidden state keeps its bounds for sure.
-    """
+    """Forms of the measured outputs of one experiment, shape (n, width), with output and sample; of the constraints."""
 
     outputs: Array
     places: Index
     constraints: Array
-    kept_limits: bool
 
 
 class Record:
@@ -99,31 +97,25 @@ class Record:
         For a function without an enclosure.
     """
 
-    def __init__(
-        self,
-        model: Model,
-        data: Dataset,
-        bounds: Mapping[str, float],
-    ) -> None:
-        model = at_sampling_time(model, data.sampling_time).discretised()
-        self.model, self.data, self.tape = model, data, tape_of(model)
-        tape = self.tape
+    def __init__(self, model: Model, data: Dataset, bounds: Mapping[str, float]) -> None:
+        self.model, self.data = at_sampling_time(model, data.sampling_time).discretised(), data
+        model, runs, bounds = _with_bounds_measured(self.model, data, bounds)
+        self.tape = tape = tape_of(model)
         noise = {m.channel: bounds[m.channel] for m in model.measurements if m.noise is not None}
         plain = {m.signal: m.channel for m in model.measurements if m.inverse is None}
         self._noise = np.array(
             [noise.get(name, 0.0) if seen else 0.0 for name, seen in zip(tape.channels, tape.seen, strict=True)]
         )
-        self._data = [np.array([run.values[name] for name in tape.channels]) for run in data.experiments]
+        self._data = [np.array([values[name] for name in tape.channels]) for values in runs]
         self._outputs = np.array([_seen_channel(tape, channel) for channel, _ in tape.measured], dtype=np.int64)
         self._states = np.array(
             [tape.signals.index(own) if plain.get(own) == channel else -1 for channel, own in tape.measured],
             dtype=np.int64,
         )
-        self._limits = np.array([model.bounds.get(name, (-np.inf, np.inf)) for name in tape.signals]).reshape(-1, 2)
         # The unknowns: parameters, and initial samples of states.
         names, ends = [p.name for p in model.parameters], [(p.lower, p.upper) for p in model.parameters]
         self.initial = []
-        for run in data.experiments:
+        for run, values in zip(data.experiments, runs, strict=True):
             table = np.full((len(tape.signals), max(int(tape.first.max(initial=0)), 1)), NO_SAMPLE)
             for k in np.flatnonzero(tape.states):
                 name = tape.signals[k]
@@ -132,10 +124,10 @@ class Record:
                     if tape.clocks[k]:
                         continue
                     names.append(f"{name}[{now}]" if len(data.experiments) == 1 else f"{name}[{now}] of {run.name}")
-                    measured = run.values[plain[name]][now] if name in plain else np.nan
+                    measured = values[plain[name]][now] if name in plain else np.nan
                     reach = noise.get(plain.get(name, ""), 0.0)
                     around = (np.nextafter(measured - reach, -np.inf), np.nextafter(measured + reach, np.inf))
-                    ends.append(around if np.isfinite(measured) else model.bounds.get(name, (-np.inf, np.inf)))
+                    ends.append(around if np.isfinite(measured) else (-np.inf, np.inf))
             self.initial.append(table)
         self.names = tuple(names)
         self.lower, self.upper = (np.array(end, dtype=np.float64) for end in zip(*ends, strict=True))
@@ -158,23 +150,27 @@ class Record:
 
     def knowledge(self, lower: Array, upper: Array) -> float:
         """Return how much the rows of a box say: minus the sum of the logarithms of their radii, cut at `_UNKNOWN`."""
-        parts = [self._rows_of(e, a, lower, upper)[0] for a in range(len(ANCHORS)) for e in range(len(self._data))]
-        return -float(sum(np.log(np.clip(forms[:, RADIUS], TINY, _UNKNOWN)).sum() for forms in parts))
+        return -float(np.log(np.clip(self._radii(lower, upper), TINY, _UNKNOWN)).sum())
+
+    def says_nothing(self, lower: Array, upper: Array) -> bool:
+        """Return whether nothing is known of any output over a box."""
+        return not np.isfinite(self._radii(lower, upper)).any()
+
+    def _radii(self, lower: Array, upper: Array) -> Array:
+        parts = [self._run(e, a, lower, upper).outputs for a in range(len(ANCHORS)) for e in range(len(self._data))]
+        return np.concatenate([forms[:, RADIUS] for forms in parts])
 
     def fits(self, point: Array) -> bool:
         """Return whether a point is verified to fit every sample.
 
         With the noise bound added to the measurement, the form of an output is not positive, and with the bound
-        subtracted not negative. So by continuity it is zero for a noise between. The point lies within the priors, the
-        run is defined, and hidden states keep their bounds.
+        subtracted not negative. So by continuity it is zero for a noise between. And every operation is defined.
         """
-        if not np.all((self.lower <= point) & (point <= self.upper)):
+        if np.any(point < self.lower) or np.any(point > self.upper):
             return False
         for e in range(len(self._data)):
             for sign in (-1.0, 1.0):
                 found = self._run(e, 0, point, point, sign)
-                if not found.kept_limits:
-                    return False
                 forms = found.outputs
                 reach = (np.abs(forms[:, SLOPES:]).sum(axis=1) + forms[:, RADIUS]) * _UP
                 # A sensor's curve may fall.
@@ -227,16 +223,15 @@ class Record:
         if shift:
             moved = np.zeros(len(noise))
             moved[self._outputs] = noise[self._outputs]
-            # Rounded towards the measurement. And a measurement less its bound says nothing of the state.
-            ends = data + shift * moved[:, None]
-            data = np.where(moved[:, None] > 0, np.nextafter(ends, -shift * np.inf), data)
-            noise, states = np.zeros(len(noise)), np.full_like(states, -1)
+            # A measurement less its bound says nothing of the state.
+            data, states = data + shift * moved[:, None], np.full_like(states, -1)
+            noise = np.where(moved > 0, EPSILON * np.nanmax(np.abs(data), axis=1, initial=0.0), 0.0)  # of the sum above
         # A point, for which alone data are shifted, is one of the unknowns themselves.
         start = self._start(lower, upper, not shift)
         width = SLOPES + len(self.lower)
         outputs = np.zeros((len(tape.rows), data.shape[1], width))
         constraints = np.zeros((len(tape.constraints), width))
-        kept_limits = enclose_run(
+        enclose_run(
             (tape.once, tape.each, tape.numbers, tape.defined, tape.remembered, tape.first, tape.rows),
             (self.initial[e], self._outputs, states, tape.constraints),
             start,
@@ -246,7 +241,6 @@ class Record:
             KEPT,
             ANCHORS[a],
             bool(shift),
-            self._limits,
             outputs,
             constraints,
         )
@@ -254,7 +248,7 @@ class Record:
         for k, (_, own) in enumerate(tape.measured):  # of what comes before the first sample the model says nothing
             place = tape.signals.index(own)
             there[k, : tape.first[place]] &= (self.initial[e][place] != NO_SAMPLE)[: tape.first[place]][: data.shape[1]]
-        return _Forms(outputs[there], np.argwhere(there), constraints, kept_limits)
+        return _Forms(outputs[there], np.argwhere(there), constraints)
 
     @property
     def loose(self) -> tuple[str, ...]:
@@ -300,6 +294,27 @@ class Record:
             forms[:, LOW] = np.maximum(forms[:, LOW], self.lower)
             forms[:, HIGH] = np.minimum(forms[:, HIGH], self.upper)
         return forms
+
+
+def _with_bounds_measured(
+    model: Model, data: Dataset, bounds: Mapping[str, float]
+) -> tuple[Model, list[dict[str, Array]], dict[str, float]]:
+    """Return a model that measures its bounded hidden signals, with the samples of each experiment, and the bounds.
+
+    To lie between two ends is to be measured as their middle, within half of their distance.
+    """
+    runs = [dict(run.values) for run in data.experiments]
+    within, taken = dict(bounds), set(model.names)
+    measurements = list(model.measurements)
+    for name, (low, high) in model.bounds.items():
+        channel, noise = (unused(f"{name}_{what}", taken) for what in ("between", "within"))
+        taken |= {channel, noise}
+        middle = 0.5 * low + 0.5 * high
+        within[channel] = max(high - middle, middle - low) * (1 + 4 * EPSILON)
+        for values, run in zip(runs, data.experiments, strict=True):
+            values[channel] = np.full(run.n_samples, middle)
+        measurements.append(Measurement(channel, name, noise))
+    return replace(model, measurements=tuple(measurements), bounds={}), runs, within
 
 
 def _seen_channel(tape: Tape, channel: str) -> int:

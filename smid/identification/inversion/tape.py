@@ -218,10 +218,14 @@ class _Writer:
         if base == sympy.E:
             return self.apply(Function.EXP, self.write(exponent))
         if not exponent.is_number:
-            return self.apply(
-                Function.EXP,
-                self.of(Operation.MULTIPLY, self.write(exponent), self.apply(Function.LOG, self.write(base))),
+            form = self.write(base)
+            value = self.apply(
+                Function.EXP, self.of(Operation.MULTIPLY, self.write(exponent), self.apply(Function.LOG, form))
             )
+            if base.is_nonnegative:
+                return value
+            # A whole power of a negative number has a value, too, of which the logarithm of -1 says nothing.
+            return self.of(Operation.CHOOSE, form, value, self.apply(Function.LOG, self.number(sympy.Integer(-1))))
         if exponent.could_extract_minus_sign():
             return self.apply(Function.RECIPROCAL, self.write(base**-exponent))
         form = self.write(base)

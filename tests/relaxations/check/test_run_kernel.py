@@ -55,6 +55,11 @@ def test_the_file_holds() -> None:
     assert set(runs.check(DOUBLE)) == {"a"}
 
 
+MANY = changed("model", "lines", "w", to="w[t - 1]")
+MANY["model"]["measurements"] = []
+MANY["first"]["w"] = (1 << 24) - 1
+MANY["experiments"][0] |= {"samples": (1 << 24) - 1, "channels": {}}
+
 PASS = ("boxes", 0, "passes", 0)
 NOT_A_CERTIFICATE = {
     "box reversed": changed("model", "parameters", "a", to=[4, 0]),
@@ -95,6 +100,8 @@ NOT_A_CERTIFICATE = {
     "no first sample": changed("first", to={}),
     "a constraint on a signal": changed("model", "constraints", to=["w[t]"]),
     "too many symbols": changed("symbols", to=1 << 20),
+    "no samples of a measured channel": changed("experiments", 0, "channels", to={"z": [1, 1]}),
+    "many unknowns without samples": MANY,
     "a parameter called as a number": changed("model", "parameters", to={"pi": [0, 4]}),
 }
 
@@ -173,7 +180,7 @@ def test_a_cut_anywhere_covers_its_box() -> None:
     for value in (-5, 0, 1, 4, 9, "1/3"):
         content = changed("boxes", to=[{"cut": [0, value]}, DOUBLE["boxes"][0], DOUBLE["boxes"][0]])
         # The multipliers were made for the whole box, and give weaker ends on a part; they never give false ones.
-        (low, high), *_ = hull(runs.document(content).nodes, runs.document(content).stated)
+        (low, high), *_ = hull(read_run.document(content).nodes, read_run.document(content).stated)
         assert low <= ONE // 2 <= high
 
 
@@ -227,6 +234,9 @@ LINES = {
     ),
     "Max(a*x[t - 1], Min(u[t - 1], b)) + Abs(x[t - 1] - b)/4": (
         lambda a, b, x, u: max(a * x, min(u, b)) + abs(x - b) / 4
+    ),
+    "Abs(x[t - 1] - b)**a + (x[t - 1] - 1/2)**3*(1 + u[t - 1])**b": (
+        lambda a, b, x, u: abs(x - b) ** a + (x - 0.5) ** 3 * (1 + u) ** b
     ),
     "Piecewise((a*x[t - 1], x[t - 1] > b), (exp(-x[t - 1])*u[t - 1], True))": (
         lambda a, b, x, u: a * x if x > b else math.exp(-x) * u
@@ -282,7 +292,7 @@ def files(draw):
 @settings(max_examples=200, deadline=None)
 def test_no_multipliers_exclude_the_truth(found) -> None:
     content, truth = found
-    document = runs.document(content)
+    document = read_run.document(content)
     try:
         box = hull(document.nodes, document.stated)
     except Refused:

@@ -26,6 +26,10 @@ from smid import (
     verify,
 )
 from smid.cli import main
+from smid.identification.inversion import certificate
+from smid.identification.inversion.contraction import Contraction
+from smid.identification.inversion.cover import Cover
+from smid.identification.inversion.record import Record
 from smid.models import VALUE, Line, Measurement, signal, t
 
 x, u = signal("x"), signal("u")
@@ -127,6 +131,18 @@ def test_an_empty_set_is_proven(tmp_path, name: str) -> None:
         identify(model, data, BOUND, method="inversion", certificate=file)
     assert runs.check(check.read(file)) is None
     assert verify(file, data, model).empty
+
+
+def test_a_box_that_one_contraction_does_not_empty_is_halved(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(certificate, "_FURTHER", 1)
+    model, data = record("power", jump=4 * BOUND)
+    cover = Cover(Record(model, data, {"y": BOUND}), 0.05)
+    cover.root.contractions.append(Contraction(cover.root.lower, cover.root.upper, None, (), empty=True))
+    file = tmp_path / "proof.json"
+    assert certificate.write_run_certificate(file, cover, {"y": BOUND}, {}, print) is None
+    content = check.read(file)
+    assert len(content["boxes"]) > 1
+    assert runs.check(content) is None
 
 
 def test_a_model_with_rates_a_clock_and_missing_samples(tmp_path) -> None:
@@ -312,9 +328,9 @@ def test_the_commands_check_and_verify(tank, tmp_path, capsys) -> None:
     assert "verified: the proof holds, and its 29 equations are those of the model" in result.output
 
 
-def test_bounds_of_a_hidden_state_are_stated_and_compared(tmp_path) -> None:
+def test_bounds_of_a_hidden_state_are_stated_and_compared(tmp_path, monkeypatch) -> None:
     lines = ["v[t] = a*v[t-1] + u[t-1]", "x[t] = 0.5*x[t-1] + 0.3*sin(v[t-1])"]
-    model = OwnModel(lines, {"y": "x"}, ["u"], {"a": (0.1, 0.9)}).bound(v=(-2.5, 2.5))
+    model = OwnModel(lines, {"y": "x"}, ["u"], {"a": (0.1, 0.9)}).bound(v=(-3.0, 3.0))
     generator = np.random.default_rng(0)
     u, states = generator.uniform(-1, 1, 20), [(0.4, 0.0)]
     for k in range(19):
@@ -326,9 +342,13 @@ def test_bounds_of_a_hidden_state_are_stated_and_compared(tmp_path) -> None:
     found = identify(model, data, BOUND, tolerance=0.05, certificate=file)["a"]
     assert found.lower < 0.6 < found.upper
     verify(file, data, model, BOUND)
-    for other in (model.bound(v=(-3.0, 3.0)), replace(model, bounds={})):
+    for other in (model.bound(v=(-2.0, 2.0)), replace(model, bounds={})):
         with pytest.raises(ModelError, match="bounds of 'v'"):
             verify(file, data, other, BOUND)
+    monkeypatch.setattr("smid.identification.inversion.certificate._HALVINGS", 3)
+    with pytest.raises(EmptyFeasibleSetError, match="No certificate is written"):  # v leaves the bounds later
+        identify(model.bound(v=(-0.5, 0.5)), data, BOUND, certificate=tmp_path / "empty.json")
+    assert not (tmp_path / "empty.json").exists()
     content = json.loads(file.read_text())
     content["initial"][0][3:] = [0, 0]
     file.write_text(json.dumps(content))

@@ -31,22 +31,18 @@ PLANTS = {
 }
 
 
-def posed(name, rng, experiments=1):
-    """Return a record of the plant, and the box and a random point of the parameters."""
+def posed(name, rng):
+    """Return a record of the plant, a random point of the parameters, and the run without noise."""
     lines, *boxes = PLANTS[name]
     parameters = tuple(Parameter(own, *box) for own, box in zip("ab", boxes, strict=True))
     model = Model(name, parameters, tuple(lines), (Measurement("y", "x", "eta"),))
     low, high = np.array(boxes, dtype=float).T
     truth = dict(zip("ab", rng.uniform(low, high), strict=True))
-    runs, clean = [], []
-    for k in range(experiments):
-        inputs, start = rng.uniform(0.1, 1, N), rng.uniform(0.8, 1.2, 2)
-        found = simulate(model, {"u": inputs}, truth, {"x": start})["x"]
-        measured = found + rng.uniform(-0.1, 0.1, N)
-        measured[7] = np.nan
-        runs.append(Dataset.from_arrays(input={"u": inputs}, output={"y": measured}, sampling_time=1.0, name=str(k)))
-        clean.append(found)
-    data = runs[0] if experiments == 1 else Dataset.join(runs)
+    inputs, start = rng.uniform(0.1, 1, N), rng.uniform(0.8, 1.2, 2)
+    clean = simulate(model, {"u": inputs}, truth, {"x": start})["x"]
+    measured = clean + rng.uniform(-0.1, 0.1, N)
+    measured[7] = np.nan
+    data = Dataset.from_arrays(input={"u": inputs}, output={"y": measured}, sampling_time=1.0)
     return Record(model, data, {"y": 0.1}), truth, clean
 
 
@@ -54,7 +50,7 @@ def posed(name, rng, experiments=1):
 @pytest.mark.parametrize("name", PLANTS)
 def test_a_simulated_run_keeps_every_row_and_fits(name, seed):
     rng = np.random.default_rng([seed, 5])
-    record, truth, (clean,) = posed(name, rng)
+    record, truth, clean = posed(name, rng)
     point = np.array([*truth.values(), *clean[: len(record.names) - 2]])
     width = record.upper - record.lower
     for share in (1.0, 0.1, 0.001):
@@ -71,7 +67,7 @@ def test_a_simulated_run_keeps_every_row_and_fits(name, seed):
 
 @pytest.mark.parametrize("name", [name for name in PLANTS if name not in ("relay", "branches")])
 def test_a_box_of_one_point_encloses_the_run_closely(name):
-    record, truth, (clean,) = posed(name, np.random.default_rng(9))
+    record, truth, clean = posed(name, np.random.default_rng(9))
     point = np.array([*truth.values(), *clean[: len(record.names) - 2]])
     found = record._run(0, 0, point, point)
     measured = record.data.values("y")
