@@ -408,8 +408,10 @@ def apply(forms: Array, to: int, a: int, function: int, exponent: float) -> None
         exponent = 0.5 if function == _ROOT else exponent
     elif function == _RECIPROCAL and not (low > 0.0 or high < 0.0):
         nothing_known(forms, to)
-        if low == 0.0:
-            forms[to, LOW] = math.nextafter(1.0 / high, 0.0) if high > 0.0 else 0.0
+        if low == 0.0 and high > 0.0:
+            forms[to, LOW] = math.nextafter(1.0 / high, 0.0)
+        if high == 0.0 and low < 0.0:
+            forms[to, HIGH] = math.nextafter(1.0 / low, 0.0)
         return
     bounded = math.isfinite(low) and math.isfinite(high)
     if function in (_SIN, _COS):

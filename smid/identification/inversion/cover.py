@@ -184,7 +184,9 @@ class Cover:
                 return
         widest = self._best(lower, upper)
         if widest is not None:
-            yield from _cut(box, widest, float(0.5 * lower[widest] + 0.5 * upper[widest]))
+            # Near its middle at zero rather: there models divide, and signs change.
+            middle = float(0.5 * lower[widest] + 0.5 * upper[widest])
+            yield from _cut(box, widest, 0.0 if abs(middle) <= 0.25 * (upper[widest] - lower[widest]) else middle)
 
     def _best(self, lower: Array, upper: Array) -> int | None:
         """Return the unknown whose halving makes the rows say most; None where all are too narrow to be halved."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import sympy
 
 from relaxations.algebra.arrays import Array
 from relaxations.deadline import STOPS, check_time, stopped_by
@@ -32,6 +33,7 @@ NAME = "inversion"
 MOST = 20_000
 """Contractions, unless ``nodes`` says otherwise."""
 
+_TRIED = 8  # points of the box, to find whether anything is known of the run
 _TOLD = 100  # contractions between two lines of progress
 
 
@@ -60,15 +62,8 @@ class Inverted:
                 f"ends, as in model.bound({loose[0]}=(-10, 10))"
             )
         self.record = record = Record(model, data, bounds)
-        known = np.isfinite(record.upper - record.lower)
-        ends = record.lower.copy(), record.upper.copy()
-        for end in ends:
-            end[known] = 0.5 * record.lower[known] + 0.5 * record.upper[known]
-        if not known.all() and record.says_nothing(*ends):
-            raise ModelError(
-                f"no channel measures {', '.join(record.loose)}, so nothing is known of where it begins, nor of the "
-                f"run: give it bounds, as in model.bound({record.loose[0]}=(-10, 10))"
-            )
+        if all(record.says_nothing(*ends) for ends in _points(record)):
+            raise ModelError(_why_unknown(record))
         self.cover = Cover(record, settings.tolerance)
         self._not_written = ""
 
@@ -166,3 +161,32 @@ class Inverted:
         if found.inside is not None and self.record.fits(found.inside):
             return CentreStatus.FEASIBLE, None
         return (CentreStatus.INFEASIBLE if found.empty else CentreStatus.UNDECIDED), near
+
+
+def _points(record: Record) -> Iterator[tuple[Array, Array]]:
+    """Yield some points of the box, as boxes; what has no ends keeps none."""
+    known, rng = np.isfinite(record.upper - record.lower), np.random.default_rng(0)
+    for share in (np.full(len(known), 0.5), *rng.uniform(size=(_TRIED, len(known)))):
+        lower, upper = record.lower.copy(), record.upper.copy()
+        lower[known] = upper[known] = (1 - share[known]) * lower[known] + share[known] * upper[known]
+        yield lower, upper
+
+
+def _why_unknown(record: Record) -> str:
+    """Return in words why nothing is known of a run, whatever the parameters are, and what to do."""
+    if record.loose:
+        return (
+            f"no channel measures {', '.join(record.loose)}, so nothing is known of where it begins, nor of the "
+            f"run: give it bounds, as in model.bound({record.loose[0]}=(-10, 10))"
+        )
+    divisors = {
+        power.base: None
+        for line in record.model.lines
+        for power in sorted(line.expression.atoms(sympy.Pow), key=str)
+        if power.exp.could_extract_minus_sign() and not power.base.is_number
+    }
+    cause = f", which divides by {', '.join(map(repr, map(str, divisors)))}," if divisors else ""
+    return (
+        f"the free run{cause} is undefined or infinite wherever in the boxes it was tried: choose boxes without "
+        "divisions by zero, roots and logarithms of negative numbers, or instability"
+    )

@@ -153,8 +153,14 @@ class Record:
         return -float(np.log(np.clip(self._radii(lower, upper), TINY, _UNKNOWN)).sum())
 
     def says_nothing(self, lower: Array, upper: Array) -> bool:
-        """Return whether nothing is known of any output over a box."""
-        return not np.isfinite(self._radii(lower, upper)).any()
+        """Return whether nothing is known over a box of any output that the model computes."""
+        first = np.array([self.tape.first[self.tape.signals.index(own)] for _, own in self.tape.measured])
+        for e in range(len(self._data)):
+            found = self._run(e, 0, lower, upper)
+            computed = found.places[:, 1] >= first[found.places[:, 0]]
+            if not computed.any() or np.isfinite(found.outputs[computed, RADIUS]).any():
+                return False
+        return True
 
     def _radii(self, lower: Array, upper: Array) -> Array:
         parts = [self._run(e, a, lower, upper).outputs for a in range(len(ANCHORS)) for e in range(len(self._data))]

@@ -137,7 +137,9 @@ def test_no_point_fits_outside_the_priors() -> None:
 
 
 def test_no_point_fits_whose_hidden_state_leaves_its_bounds_at_any_sample() -> None:
-    model = OwnModel(["h[t] = b*h[t-1]", "x[t] = a*h[t-1] + u[t]"], ["x"], ["u"], {"a": [0, 2], "b": [1, 3]}).bound(h=(-8.5, 8.5))
+    model = OwnModel(["h[t] = b*h[t-1]", "x[t] = a*h[t-1] + u[t]"], ["x"], ["u"], {"a": [0, 2], "b": [1, 3]}).bound(
+        h=(-8.5, 8.5)
+    )
     for n, fits in ((4, True), (5, False)):  # h = 1, 2, 4, 8, 16
         y = np.concatenate([[0.5], 2.0 ** np.arange(n - 1)])
         data = Dataset.from_arrays(input={"u": 0 * y}, output={"x": y}, sampling_time=1.0)

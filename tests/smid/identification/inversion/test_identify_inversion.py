@@ -86,6 +86,13 @@ def test_one_spoilt_sample_empties_the_set_and_is_named():
         (["h[t] = h[t-1] - c*sqrt(h[t-1])"], {}, r"a box of every parameter, and c has none"),
         (["v[t] = c*v[t-1] + u[t]", "h[t] = sqrt(v[t-1])"], {"c": (0, 0.9)}, r"no channel measures v.*model.bound\(v="),
         (["h[t] = asin(c*u[t])"], {"c": (0, 1)}, "no enclosure of asin"),
+        (["v[t] = c*v[t-1] + u[t]", "h[t] = v[t-1]**2"], {"c": (0, 0.9)}, r"no channel measures v.*model.bound\(v="),
+        (
+            ["h[t] = 0.5*h[t-1] + u[t]/c"],
+            {"c": (0, 0)},
+            "divides by 'c', .* wherever in the boxes .* without divisions",
+        ),
+        (["h[t] = sqrt(c - u[t])"], {"c": (-2, -1)}, "^the free run is undefined .* roots and logarithms of negative"),
     ],
 )
 def test_what_cannot_be_inverted_is_refused_in_words(equations, boxes, message):
@@ -132,3 +139,10 @@ def test_turned_coordinates_hold_the_same_points():
         forms = np.zeros((4, 8))
         frame.write(forms, turned, np.zeros(4))
         assert np.all(np.abs(forms[:, 0] - point) <= forms[:, 1] + 1e-12 * np.abs(point))
+
+
+def test_a_box_may_hold_a_point_where_the_model_divides_by_zero():
+    model = OwnModel(["h[t] = 0.5*h[t-1] + u[t]/c"], {"y": "h"}, ["u"], {"c": (-1, 3)})
+    data = record(model, {"c": 2.0}, 0.05, 0)
+    found = identify(model, data, 0.05, method="inversion", tolerance=0.05)["c"]
+    assert 1.9 < found.lower <= 2.0 <= found.upper < 2.1
