@@ -66,7 +66,7 @@ def _markdown(results: list[CaseResult], limit: float, seconds: float) -> str:
         "\n\n".join(
             [
                 "## Soundness: inversion of the free run",
-                f"`python -m benchmarks.soundness inversion`: models of {len(effects)} effects, at most {limit:g} s each. "
+                f"`python -m benchmarks.soundness inversion`: models of {len(effects)} effects, {limit:g} s each. "
                 f"{len(feasible)} sets contain known true parameters. {len(empty)} sets are empty by construction: two "
                 "channels contradict each other at this noise bound. "
                 f"False statements: {len(false)}. Errors: {len(failed)}. {sum(r.seconds for r in results) / 60:.0f} "

@@ -259,8 +259,9 @@ class Record:
     @property
     def loose(self) -> tuple[str, ...]:
         """The parameters and the hidden states of which nothing is known beforehand."""
-        known = np.isfinite(self.upper - self.lower)
-        return tuple(dict.fromkeys(name.split("[")[0] for name, k in zip(self.names, known, strict=True) if not k))
+        known, shown = np.isfinite(self.upper - self.lower), {m.signal for m in self.model.measurements}
+        names = [name.split("[")[0] for name, k in zip(self.names, known, strict=True) if not k]
+        return tuple(dict.fromkeys(name for name in names if name not in shown))
 
     @property
     def box(self) -> tuple[Array, Array]:

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from smid import Dataset, EmptyFeasibleSetError, ModelError, OutputError, OwnModel, identify
+from smid.data.window import Window
+from smid.diagnosis.proof.decide import Status, decide
 from smid.identification.inversion.contraction import Program
 from smid.identification.inversion.frame import Frame
 from smid.identification.inversion.record import Record
@@ -146,3 +148,17 @@ def test_a_box_may_hold_a_point_where_the_model_divides_by_zero():
     data = record(model, {"c": 2.0}, 0.05, 0)
     found = identify(model, data, 0.05, method="inversion", tolerance=0.05)["c"]
     assert 1.9 < found.lower <= 2.0 <= found.upper < 2.1
+
+
+def test_the_first_measurements_may_be_missing():
+    equations, boxes, truth, _ = PLANTS["tank"]
+    model = OwnModel(equations, {"y": "h"}, ["u"], boxes)
+    data = record(model, truth, 0.02, 1)
+    y = data.values("y").copy()
+    y[:2] = np.nan
+    data = Dataset.from_arrays(input={"u": data.values("u")}, output={"y": y}, sampling_time=0.2)
+    assert Record(model, data, {"y": 0.02}).loose == ()
+    found = identify(model, data, 0.02, method="inversion", tolerance=0.5)
+    assert all(interval.lower <= truth[interval.name] <= interval.upper < 1 for interval in found)
+    decided = decide(model.with_values(truth), data, Window(0, 0, N - 1), {"y": 0.02}, 5.0)
+    assert decided.status is Status.FEASIBLE
