@@ -147,8 +147,10 @@ def contracted(rows: Rows, lower: Array, upper: Array, which: Sequence[int]) -> 
         return Contraction(lower, upper, None, ())
     program = Program(rows)
     # The unknowns are middle + half * e: the numbers of the forms.
-    middle = 0.5 * lower + 0.5 * upper
+    known = np.isfinite(upper - lower)
+    middle = 0.5 * np.where(known, lower, 0.0) + 0.5 * np.where(known, upper, 0.0)
     half = np.maximum(upper - middle, middle - lower) * (1 + 4 * EPSILON) + TINY
+    half[~known] = 0.0
     low, high = lower.copy(), upper.copy()
     proofs, points = list[Multipliers](), list[Array]()
     for k in which:

@@ -160,5 +160,5 @@ def test_the_first_measurements_may_be_missing():
     assert Record(model, data, {"y": 0.02}).loose == ()
     found = identify(model, data, 0.02, method="inversion", tolerance=0.5)
     assert all(interval.lower <= truth[interval.name] <= interval.upper < 1 for interval in found)
-    decided = decide(model.with_values(truth), data, Window(0, 0, N - 1), {"y": 0.02}, 5.0)
+    decided = decide(at_sampling_time(model, 0.2).with_values(truth), data, Window(0, 0, N - 1), {"y": 0.02}, 5.0)
     assert decided.status is Status.FEASIBLE
