@@ -32,28 +32,23 @@ SHARES = (0.5, 0.8, 0.95)  # of the least noise bound
 TRIES = 100
 
 
-@lru_cache(maxsize=1)
-def extensions() -> tuple[tuple[Plant, str, Extension], ...]:
-    """Return every extension of every plant."""
-    return tuple(
-        (plant, effect.name, extension)
-        for plant in cases()
-        for effect in EFFECTS
-        for extension in effect.extensions(plant.model, plant.site)
-    )
+@lru_cache
+def extensions(plant: Plant) -> tuple[tuple[str, Extension], ...]:
+    """Return every extension of a plant, with the name of its effect."""
+    return tuple((effect.name, found) for effect in EFFECTS for found in effect.extensions(plant.model, plant.site))
 
 
 def library_case(feasible: bool, seed: int) -> Case:
     """Draw a set that holds the truth, or one without any point."""
     rng = np.random.default_rng([seed, 7])
-    plants = sorted({plant.name for plant, _, _ in extensions()})
-    of_plant = [found for found in extensions() if found[0].name == plants[seed % len(plants)]]
+    plant = sorted(cases(), key=lambda plant: plant.name)[seed % len(cases())]
+    offered = extensions(plant)
     for _ in range(TRIES):  # until a run is finite, and an output is shown as it is
-        plant, effect, extension = of_plant[int(rng.integers(len(of_plant)))]
+        effect, extension = offered[int(rng.integers(len(offered)))]
         found = _drawn(rng, plant, extension, feasible)
         if found is not None:
             return replace(found, kind=f"{plant.name}, {effect}")
-    raise RuntimeError(f"no extension of {plants[seed % len(plants)]} has a finite run")
+    raise RuntimeError(f"no extension of {plant.name} has a finite run")
 
 
 def _drawn(rng: np.random.Generator, plant: Plant, extension: Extension, feasible: bool) -> Case | None:

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from benchmarks.soundness.cases import KINDS, LEVELS, SMOOTH, STATIC, drawn, empty_case, feasible_case, new_case
-from benchmarks.soundness.check_case import check_case, check_new
+from benchmarks.soundness.check_case import check_case, check_inversion, check_new
 from benchmarks.soundness.emptiness import Record, least_noise_bound
+from benchmarks.soundness.library_cases import library_case
 from benchmarks.soundness.score import CaseResult, markdown
 from smid import FeasibleSet
 from smid.identification.windows import windowed
@@ -138,3 +139,24 @@ def test_no_parameters_reach_the_outlier_beside_a_hidden_state(seed: int) -> Non
 def test_a_new_case_is_judged(feasible: bool, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(windowed, "LONG", windowed.LONG)  # what the check sets is taken back
     assert check_new(feasible, seed).verdict == ("inside" if feasible else "certified empty")
+
+
+@pytest.mark.parametrize("seed", [0, 4, 12, 33])
+def test_a_case_of_the_effect_library_holds_the_truth_or_contradicts_itself(seed: int) -> None:
+    case, empty = library_case(True, seed), library_case(False, seed)
+    assert library_case(True, seed).data.checksum == case.data.checksum
+    assert all(p.lower <= case.truth[p.name] <= p.upper for p in case.model.parameters)
+    # Two samples of the output differ by something else than the channel of their difference shows.
+    (lag,) = (lag for line in empty.model.lines if line.signal == "change" for _, lag in line.reads if lag)
+    bound = empty.noise_bound["difference"]
+    assert set(empty.noise_bound.values()) == {bound}
+    left = [
+        np.abs(run.values["y"][lag:] - run.values["y"][:-lag] - run.values["difference"][lag:])
+        for run in empty.data.experiments
+    ]
+    assert np.nanmax(np.concatenate(left)) > 3 * bound
+
+
+@pytest.mark.parametrize(("feasible", "seed"), [(True, 0), (True, 9), (False, 0), (False, 9)])
+def test_a_case_of_the_effect_library_is_judged(feasible: bool, seed: int) -> None:
+    assert check_inversion(feasible, seed, 1.0).verdict == ("inside" if feasible else "certified empty")

@@ -5,7 +5,7 @@ import pytest
 import sympy
 
 from relaxations.algebra.affine_arithmetic import CENTRE, HIGH, LOW, RADIUS, SLOPES
-from smid import Dataset, Model, Parameter
+from smid import Dataset, Model, OwnModel, Parameter
 from smid.identification.inversion.record import Record
 from smid.models import Line, Measurement, signal, t
 from smid.models.simulate import simulate
@@ -27,6 +27,7 @@ PLANTS = {
         (0, 1),
         (0, 1),
     ),
+    "chaos": ([Line(x[t], a * x[t - 1] * (b - x[t - 1] / 2) + u[t - 1] / 1000)], (3.6, 3.9), (0.95, 1.0)),
     "two lags": ([Line(x[t], a * x[t - 1] - 0.3 * x[t - 2] + b * u[t - 2])], (0.2, 0.9), (0.1, 1)),
 }
 
@@ -76,3 +77,35 @@ def test_a_box_of_one_point_encloses_the_run_closely(name):
         assert np.abs(form[SLOPES:]).sum() <= 1e-12
         assert abs(abs(form[CENTRE]) - abs(clean[now] - measured[now])) <= 1e-10
         assert form[LOW] <= 0 <= form[HIGH]
+
+
+RATES = {
+    "pendulum": (["d/dt h = v", "d/dt v = b*u - g*sin(h) - v"], {"b": (0.2, 2), "g": (1, 5)}, {"v": (-2, 2)}),
+    "reactor": (["d/dt h = b*(u - h) - g*h*exp(-2/(h + 1))"], {"b": (0.2, 2), "g": (0.5, 3)}, {}),
+    "tank": (["d/dt h = b*u - g*sqrt(h)"], {"b": (0.5, 1), "g": (0.1, 0.3)}, {}),
+}
+
+
+@pytest.mark.parametrize("scheme", ["euler", "rk4"])
+@pytest.mark.parametrize("name", RATES)
+def test_a_run_of_rates_keeps_every_row_and_fits(name, scheme):
+    equations, boxes, hidden = RATES[name]
+    rng = np.random.default_rng(3)
+    model = OwnModel(equations, {"y": "h"}, ["u"], boxes, scheme=scheme, substeps=2, sampling_time=0.1).bound(**hidden)
+    for _ in range(3):
+        truth = {p.name: float(rng.uniform(p.lower, p.upper)) for p in model.parameters}
+        inputs, start = rng.uniform(0.1, 1, N), {"h": 0.5, **({"v": rng.uniform(-0.5, 0.5)} if hidden else {})}
+        clean = simulate(model, {"u": inputs}, truth, {own: [value] for own, value in start.items()})["h"]
+        measured = clean + rng.uniform(-0.05, 0.05, N)
+        data = Dataset.from_arrays(input={"u": inputs}, output={"y": measured}, sampling_time=0.1)
+        record = Record(model, data, {"y": 0.05})
+        point = np.array([(truth | {f"{own}[0]": value for own, value in start.items()})[own] for own in record.names])
+        assert record.fits(point)
+        for share in (1.0, 0.1, 0.001):
+            width = record.upper - record.lower
+            lower = np.maximum(record.lower, point - share * width * rng.uniform(0, 1, len(point)))
+            upper = np.minimum(record.upper, point + share * width * rng.uniform(0, 1, len(point)))
+            rows = record.rows(lower, upper)
+            assert rows.impossible < 0
+            left = rows.centre + rows.slopes @ ((point - 0.5 * (lower + upper)) / (0.5 * (upper - lower)))
+            assert np.all(np.abs(left) <= rows.radius + 1e-12 * (1 + np.abs(rows.slopes).sum(axis=1)))
