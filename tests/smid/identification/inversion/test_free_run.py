@@ -66,7 +66,8 @@ def test_a_simulated_run_keeps_every_row_and_fits(name, seed):
         assert record.fits(point)
 
 
-@pytest.mark.parametrize("name", [name for name in PLANTS if name not in ("relay", "branches")])
+# Jumps may lie at a point within rounding, and chaos lets roundings grow.
+@pytest.mark.parametrize("name", [name for name in PLANTS if name not in ("relay", "branches", "chaos")])
 def test_a_box_of_one_point_encloses_the_run_closely(name):
     record, truth, clean = posed(name, np.random.default_rng(9))
     point = np.array([*truth.values(), *clean[: len(record.names) - 2]])
