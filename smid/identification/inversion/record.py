@@ -20,7 +20,7 @@ from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from smid.data import Dataset
 from smid.identification.inversion.frame import Frame, static_curves
 from smid.identification.inversion.free_run import NO_SAMPLE, ZERO, enclose_run
-from smid.identification.inversion.tape import Tape, tape_of
+from smid.identification.inversion.tape import tape_of
 from smid.models import Measurement, Model
 from smid.models.running import at_sampling_time
 from smid.models.symbols import unused
@@ -107,7 +107,7 @@ class Record:
             [noise.get(name, 0.0) if seen else 0.0 for name, seen in zip(tape.channels, tape.seen, strict=True)]
         )
         self._data = [np.array([values[name] for name in tape.channels]) for values in runs]
-        self._outputs = np.array([_seen_channel(tape, channel) for channel, _ in tape.measured], dtype=np.int64)
+        self._outputs = tape.shown
         self._states = np.array(
             [tape.signals.index(own) if plain.get(own) == channel else -1 for channel, own in tape.measured],
             dtype=np.int64,
@@ -322,9 +322,3 @@ def _with_bounds_measured(
             values[channel] = np.full(run.n_samples, middle)
         measurements.append(Measurement(channel, name, noise))
     return replace(model, measurements=tuple(measurements), bounds={}), runs, within
-
-
-def _seen_channel(tape: Tape, channel: str) -> int:
-    """Return the place of an output as a sensor shows it."""
-    shown = zip(tape.channels, tape.seen, strict=True)
-    return next(k for k, (name, seen) in enumerate(shown) if seen and name == channel)

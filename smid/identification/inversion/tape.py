@@ -97,7 +97,9 @@ class Tape:
     depth
         Longest lag.
     measured
-        Channel and signal of each measured output.
+        Channel and signal of each measured output, and of each further channel of an input.
+    shown
+        Place of the channel of each of them.
     rows
         For each measured output, the form that is zero where the model fits the sample.
     constraints
@@ -118,6 +120,7 @@ class Tape:
     clocks: Mask
     depth: int
     measured: tuple[tuple[str, str], ...]
+    shown: Index
     rows: Index
     constraints: Index
 
@@ -275,15 +278,15 @@ def tape_of(model: Model) -> Tape:
     ModelError
         For a function without an enclosure.
     """
-    read = {m.signal: _seen(m) for m in reversed(model.measurements) if m.signal in model.inputs}
-    lines = causal_order((*(Line(signal(name)[t], shown) for name, shown in read.items()), *model.lines))
+    read = {m.signal: m for m in reversed(model.measurements) if m.signal in model.inputs}
+    lines = causal_order((*(Line(signal(name)[t], _seen(m)) for name, m in read.items()), *model.lines))
     parameters, signals = tuple(p.name for p in model.parameters), tuple(line.signal for line in lines)
     writer = _Writer(parameters, signals)
     constraints = [writer.write(constraint) for constraint in model.constraints]
     for line in lines:
         form = writer.write(line.expression)
         writer.now[line.signal] = writer.put(Operation.DEFINE, form, writer.signals[line.signal])
-    outputs = [m for m in model.measurements if m.channel in model.output_channels]
+    outputs = [m for m in model.measurements if read.get(m.signal) is not m]
     rows = [writer.write(signal(m.signal)[t] - _seen(m)) for m in outputs]
     # The fixed operations come first.
     order = sorted(range(len(writer.entries)), key=lambda k: not writer.entries[k][0])
@@ -307,6 +310,7 @@ def tape_of(model: Model) -> Tape:
         np.array([is_clock(line) for line in lines]),
         max((lag for _, lag in lags), default=0),
         tuple((m.channel, m.signal) for m in outputs),
+        np.array([writer.channels[_name(m)] for m in outputs], dtype=np.int64),
         np.array([place[k] for k in rows], dtype=np.int64),
         np.array([place[k] for k in constraints], dtype=np.int64),
     )
@@ -315,7 +319,12 @@ def tape_of(model: Model) -> Tape:
 def _seen(measurement: Measurement) -> sympy.Expr:
     """Return the signal as its channel shows it, the channel without its noise."""
     inverse = VALUE if measurement.inverse is None else measurement.inverse
-    return inverse.xreplace({VALUE: signal(measurement.channel + _SEEN)[t]})
+    return inverse.xreplace({VALUE: signal(_name(measurement))[t]})
+
+
+def _name(measurement: Measurement) -> str:
+    """Return the name of a channel as a sensor with or without noise shows it."""
+    return measurement.channel if measurement.noise is None else measurement.channel + _SEEN
 
 
 def _placed(entry: tuple[int, ...], place: Mapping[int, int]) -> tuple[int, ...]:

@@ -167,3 +167,25 @@ def test_a_sensor_whose_curve_falls() -> None:
     for bend, fits in ((0.05, True), (0.2, False), (-0.05, True), (-0.2, False)):
         data = Dataset.from_arrays(input={"u": inputs}, output={"y": -np.log(inputs) + bend}, sampling_time=1.0)
         assert Record(model, data, {"y": 0.1}).fits(np.array([1.0])) is fits
+
+
+def test_both_channels_of_an_input_count() -> None:
+    shown = (Measurement("p", "u", "d"), Measurement("q", "u", "e"), Measurement("y", "x", "f"))
+    model = Model("m", (Parameter("a", 0, 2),), (Line(x[t], a * u[t]),), shown)
+    for apart, fits in ((0.05, True), (0.15, False), (0.25, False)):  # 0.15 needs noises other than zero
+        data = Dataset.from_arrays(input={"p": [1.0], "q": [1.0 + apart]}, output={"y": [1.0]}, sampling_time=1.0)
+        record = Record(model, data, {"p": 0.1, "q": 0.1, "y": 0.1})
+        assert record.fits(np.array([1.0])) is fits
+        assert (record.rows(record.lower, record.upper).impossible >= 0) is (apart > 0.2)
+
+
+def test_a_channel_may_show_one_signal_exactly_and_another_with_noise() -> None:
+    lines = (Line(x[t], a * u[t]), Line(v[t], b * u[t]))
+    boxes = (Parameter("a", 0, 2), Parameter("b", 0, 2))
+    model = Model("m", boxes, lines, (Measurement("y", "x", "e"), Measurement("y", "v", None)))
+    data = Dataset.from_arrays(input={"u": [1.0, 1.0]}, output={"y": [1.0, 1.0]}, sampling_time=1.0)
+    record = Record(model, data, {"y": 0.1})
+    assert not record.fits(np.array([1.05, 1.05]))
+    lower, upper = np.array([0.5, 1.01]), np.array([1.5, 1.09])
+    assert record.rows(lower, upper).impossible >= 0
+    assert record.rows(lower, np.array([1.5, 1.0])).impossible < 0
