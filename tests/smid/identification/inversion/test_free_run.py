@@ -47,9 +47,10 @@ def posed(name, rng):
     return Record(model, data, {"y": 0.1}), truth, clean
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("seed", "symbols"), [(0, 40), (1, 40), (2, 0), (3, 1), (4, 3)])  # few: they are folded early
 @pytest.mark.parametrize("name", PLANTS)
-def test_a_simulated_run_keeps_every_row_and_fits(name, seed):
+def test_a_simulated_run_keeps_every_row_and_fits(name, seed, symbols, monkeypatch):
+    monkeypatch.setattr("smid.identification.inversion.record.KEPT", symbols)
     rng = np.random.default_rng([seed, 5])
     record, truth, clean = posed(name, rng)
     point = np.array([*truth.values(), *clean[: len(record.names) - 2]])
@@ -62,7 +63,7 @@ def test_a_simulated_run_keeps_every_row_and_fits(name, seed):
         middle, half = 0.5 * lower + 0.5 * upper, np.maximum(0.5 * (upper - lower), 1e-300)
         left = rows.centre + rows.slopes @ ((point - middle) / half)
         assert np.all(np.abs(left) <= rows.radius + 1e-12 * (1 + np.abs(rows.slopes).sum(axis=1)))
-    if name not in ("relay", "branches"):  # a jump may lie at a point within rounding
+    if name not in ("relay", "branches") and symbols > 3:  # a jump may lie at a point within rounding
         assert record.fits(point)
 
 
@@ -87,9 +88,10 @@ RATES = {
 }
 
 
-@pytest.mark.parametrize("scheme", ["euler", "rk4"])
+@pytest.mark.parametrize(("scheme", "symbols"), [("euler", 40), ("rk4", 40), ("rk4", 5)])
 @pytest.mark.parametrize("name", RATES)
-def test_a_run_of_rates_keeps_every_row_and_fits(name, scheme):
+def test_a_run_of_rates_keeps_every_row_and_fits(name, scheme, symbols, monkeypatch):
+    monkeypatch.setattr("smid.identification.inversion.record.KEPT", symbols)
     equations, boxes, hidden = RATES[name]
     rng = np.random.default_rng(3)
     model = OwnModel(equations, {"y": "h"}, ["u"], boxes, scheme=scheme, substeps=2, sampling_time=0.1).bound(**hidden)
