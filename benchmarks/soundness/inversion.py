@@ -1,8 +1,8 @@
 """Invert free runs of random models and count what is false: ``python -m benchmarks.soundness inversion``.
 
 The models are those of the effect library (:mod:`.library_cases`). Intervals must hold the truth, the set must not be
-called empty where the truth fits, and an empty one must have no verified point. Each case has some seconds for intervals, and as
-many for a decision in turned coordinates.
+called empty where the truth fits, and an empty one must have no verified point. Each case has some seconds for
+intervals, and as many for a decision in turned coordinates.
 """
 
 from __future__ import annotations
@@ -67,8 +67,8 @@ def _markdown(results: list[CaseResult], limit: float, seconds: float) -> str:
         "\n\n".join(
             [
                 "## Soundness: inversion of the free run",
-                f"`python -m benchmarks.soundness inversion`: models of {len(effects)} effects, twice {limit:g} s each. "
-                f"{len(feasible)} sets contain known true parameters. {len(empty)} sets are empty by construction: two "
+                f"`python -m benchmarks.soundness inversion`: models of {len(effects)} effects, twice {limit:g} s each."
+                f" {len(feasible)} sets contain known true parameters. {len(empty)} sets are empty by construction: two "
                 "channels contradict each other at this noise bound. "
                 f"False statements: {len(false)}. Errors: {len(failed)}. {sum(r.seconds for r in results) / 60:.0f} "
                 f"minutes of one core, {seconds / 60:.0f} in this run.",
