@@ -68,7 +68,7 @@ def _markdown(results: list[CaseResult], limit: float, seconds: float) -> str:
             [
                 "## Soundness: inversion of the free run",
                 f"`python -m benchmarks.soundness inversion`: models of {len(effects)} effects, twice {limit:g} s for "
-                f"each. {len(feasible)} sets contain known true parameters. {len(empty)} sets are empty by construction: "
+                f"each. {len(feasible)} sets contain known true parameters. {len(empty)} sets are empty: "
                 "two channels contradict each other at this noise bound. "
                 f"False statements: {len(false)}. Errors: {len(failed)}. {sum(r.seconds for r in results) / 60:.0f} "
                 f"minutes of one core, {seconds / 60:.0f} in this run.",
