@@ -52,19 +52,28 @@ def check_inversion(feasible: bool, seed: int, seconds: float) -> CaseResult:
     """
     case = library_case(feasible, seed)
     result = _judged(case, seed, method="inversion", tolerance=float(10.0 ** -(seed % 3)), seconds=seconds)
-    if result.is_false:
+    if result.is_false or result.verdict == "failed":
         return result
+    try:
+        cover = _covered(case, seconds)
+    except Exception as error:  # as below
+        return replace(result, verdict="failed", message=f"{type(error).__name__}: {error}"[:300])
+    if feasible and not cover.boxes:
+        return replace(result, verdict="called empty", message="in turned coordinates")
+    if cover.points and not feasible:
+        return replace(result, verdict="called feasible", message="in turned coordinates")
+    return result
+
+
+def _covered(case: Case, seconds: float) -> Cover:
+    """Cover the set by boxes in turned coordinates, until one point fits or none can."""
     with np.errstate(all="ignore"):
         signals = simulate(case.model, case.data.experiments[0].values, case.truth, check=False)
     cover = Cover(Record(case.model, case.data, case.noise_bound).turned(signals), 0.0)
     until = time.perf_counter() + seconds
     while cover.boxes and not cover.points and time.perf_counter() < until:
         cover.step()
-    if feasible and not cover.boxes:
-        return replace(result, verdict="called empty", message="in turned coordinates")
-    if cover.points and not feasible:
-        return replace(result, verdict="called feasible", message="in turned coordinates")
-    return result
+    return cover
 
 
 def _judged(case: Case, seed: int, **settings: Any) -> CaseResult:

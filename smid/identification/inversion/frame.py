@@ -55,7 +55,8 @@ def static_curves(model: Model, signals: Mapping[str, Array]) -> Iterator[tuple[
         }
         if len(own) > 1:
             columns = [_samples(factor, signals) for factor in own.values()]
-            yield np.array([names.index(name) for name in own]), np.column_stack(np.broadcast_arrays(*columns))
+            shortest = min(map(len, columns))  # each column ends with the last sample
+            yield np.array([names.index(name) for name in own]), np.column_stack([c[-shortest:] for c in columns])
 
 
 def _samples(factor: sympy.Expr, signals: Mapping[str, Array]) -> Array:

@@ -7,7 +7,7 @@ from smid import Dataset, EmptyFeasibleSetError, ModelError, OutputError, OwnMod
 from smid.data.window import Window
 from smid.diagnosis.proof.decide import Status, decide
 from smid.identification.inversion.contraction import Program
-from smid.identification.inversion.frame import Frame
+from smid.identification.inversion.frame import Frame, static_curves
 from smid.identification.inversion.record import Record
 from smid.models.running import at_sampling_time
 from smid.models.simulate import simulate
@@ -162,3 +162,15 @@ def test_the_first_measurements_may_be_missing():
     assert all(interval.lower <= truth[interval.name] <= interval.upper < 1 for interval in found)
     decided = decide(at_sampling_time(model, 0.2).with_values(truth), data, Window(0, 0, N - 1), {"y": 0.02}, 5.0)
     assert decided.status is Status.FEASIBLE
+
+
+def test_coefficients_of_a_curve_may_read_samples_of_different_lags():
+    model = OwnModel(["h[t] = a*u[t] + b*u[t-1] + c*u[t-3]**2"], {"y": "h"}, ["u"], {k: (-1, 1) for k in "abc"})
+    data = record(model, {"a": 0.5, "b": 0.2, "c": -0.3}, 0.02, 0)
+    held, u = Record(model, data, {"y": 0.02}), data.values("u")
+    turned = held.turned({"u": u})
+    assert turned.frame is not None
+    assert turned.rows(*turned.box).impossible < 0
+    ((unknowns, samples),) = static_curves(held.model, {"u": u})
+    np.testing.assert_array_equal(unknowns, range(3))
+    np.testing.assert_array_equal(samples, np.column_stack([u[3:], u[2:-1], u[:-3] ** 2]))
