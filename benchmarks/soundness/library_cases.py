@@ -58,6 +58,10 @@ def _drawn(rng: np.random.Generator, plant: Plant, extension: Extension, feasibl
         return None
     model = model.bound(**dict(_boxes(rng, model, truth)))
     runs = [_run(rng, plant, model, truth) for _ in range(1 if rng.random() < 0.8 else 2)]
+    n_samples = min(len(next(iter(run.values()))) for run in runs)
+    moving = all(np.ptp(run[name]) > 0 for run in runs for name in model.inputs if name in plant.site.data.inputs)
+    if n_samples < model.max_lag + len(model.parameters) + 2 or not moving:  # `identify` refuses such records
+        return None
     shown = {m.channel: m.signal for m in model.measurements if m.noise is not None}
     clean = {channel: np.concatenate([run[channel] for run in runs]) for channel in shown}
     spans = {channel: float(np.ptp(samples)) for channel, samples in clean.items()}
