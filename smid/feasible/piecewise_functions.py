@@ -21,7 +21,7 @@ from smid.models import Line, Model
 from smid.models.hidden_states import without_hidden_states
 from smid.models.symbols import references, signal, t
 
-_FUNCTIONS = (sympy.Max, sympy.Min, sympy.Abs, sympy.sign)
+KINKS = (sympy.Max, sympy.Min, sympy.Abs, sympy.sign)
 
 
 class Kind(Enum):
@@ -69,7 +69,7 @@ def unfold(model: Model) -> Unfolded:
     [('kink1', -d + u[t])]
     """
     model = without_hidden_states(model)
-    if not any(line.expression.has(*_FUNCTIONS) for line in model.lines):
+    if not any(line.expression.has(*KINKS) for line in model.lines):
         return Unfolded(model.lines, ())
     found: dict[tuple[Kind, sympy.Expr], Kink] = {}
     names = _free_names(model)
@@ -93,7 +93,7 @@ def unfold(model: Model) -> Unfolded:
 
     # Replace the innermost functions first.
     def rewritten(expression: sympy.Expr) -> sympy.Expr:
-        if isinstance(expression, sympy.Indexed) or not expression.has(*_FUNCTIONS):
+        if isinstance(expression, sympy.Indexed) or not expression.has(*KINKS):
             return expression
         arguments = [rewritten(a) for a in expression.args]
         if isinstance(expression, sympy.Max):

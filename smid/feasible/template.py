@@ -16,10 +16,11 @@ from functools import reduce
 
 import numpy as np
 import sympy
+from sympy.core.function import Application
 
 from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.ball_arithmetic import Balls
-from smid.feasible.piecewise_functions import Kink, unfold
+from smid.feasible.piecewise_functions import KINKS, Kink, unfold
 from smid.models import Line, Measurement, Model, ModelError
 from smid.models.hidden_states import first_instants, without_hidden_states
 from smid.models.symbols import VALUE, inlined, references, signal, t
@@ -134,11 +135,20 @@ def is_polynomial(model: Model) -> bool:
     >>> is_polynomial(OwnModel(["h[t] = h[t-1] - c*sqrt(h[t-1])"], ["h"], [], {"c": (0, 1)}))
     False
     """
+    lines = model.discretised().lines
+    if any(_is_curved(line.expression) for line in lines):  # sympy would take minutes of a long line to find this
+        return False
     try:
         Templates.of(model)
     except NotPolynomialError:
         return False
     return True
+
+
+def _is_curved(expression: sympy.Expr) -> bool:
+    """Return whether an expression holds a function that is no kink, or a power that is not whole."""
+    functions, powers = expression.atoms(Application), expression.atoms(sympy.Pow)
+    return not all(isinstance(f, KINKS) for f in functions) or not all(power.exp.is_Integer for power in powers)
 
 
 def templates(model: Model) -> tuple[Template, ...]:

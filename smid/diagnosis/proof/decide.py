@@ -173,10 +173,12 @@ def _posed(model: Model, part: Dataset, bounds: Mapping[str, float]) -> tuple[Re
         vectors = [minimax(problem, vector)[0] for vector in (problem.solve(start)[0], start)]
         fit = problem.result(vectors[0], 0.0)
         signals, _ = problem.run.run(problem.inputs[0], fit.model.values, fit.initial[0], jacobian=False)
-    # What is known of nothing else: how large it is in the fit.
-    sizes = {name: float(np.nanmax(np.abs(samples))) for name, samples in signals.items()} | dict(fit.model.values)
-    boxes = {name: (-_reach(sizes[name]), _reach(sizes[name])) for name in Record(model, part, bounds).loose}
-    record = Record(model.bound(**boxes), part, bounds).turned(signals)
+    record = Record(model, part, bounds)
+    if record.loose:
+        sizes = {name: float(np.nanmax(np.abs(samples))) for name, samples in signals.items()} | dict(fit.model.values)
+        boxes = {name: (-_reach(sizes[name]), _reach(sizes[name])) for name in record.loose}
+        record = Record(model.bound(**boxes), part, bounds)
+    record = record.turned(signals)
     return record, [unknowns_of(record, problem, vector) for vector in vectors]
 
 
