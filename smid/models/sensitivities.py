@@ -26,8 +26,8 @@ from relaxations.algebra.arrays import Array
 from smid.models.compiled import Group, compile_lines
 from smid.models.machine_slopes import SlopesLoop, compile_slopes
 from smid.models.model import Model
-from smid.models.structure import exogenous, state_lags
-from smid.models.symbols import plain_symbols, references
+from smid.models.structure import exogenous, is_clock, state_lags
+from smid.models.symbols import plain_symbols
 
 __all__ = ["FreeRun", "Initial", "compile_free_run"]
 
@@ -189,7 +189,7 @@ def _compiled(model: Model) -> FreeRun:
     before = tuple(name for name in exogenous(lines) if name in deep)
     parts, clocks, moving = [], set(), set(before)
     for group in compile_lines(lines):
-        clock = _is_clock(group)
+        clock = len(group.lines) == 1 and is_clock(group.lines[0])
         clocks |= set(group.signals) if clock else set()
         slopes = None if clock else _slopes(group, moving, frozenset(free))
         moving |= set(group.signals) if slopes else set()
@@ -210,15 +210,3 @@ def _slopes(group: Group, moving: set[str], free: frozenset[str]) -> SlopesLoop 
     varying = tuple(tuple(sorted(read for read in line.reads if read[0] in defined)) for line in group.lines)
     held = free & set().union(*(plain_symbols(line.expression) for line in group.lines))
     return compile_slopes(group.lines, varying, held) if held or any(varying) else None
-
-
-def _is_clock(group: Group) -> bool:
-    """Return whether a line depends on its own past only: a clock, which is 0 at sample 0."""
-    expression = group.lines[0].expression
-    reads = references(expression)
-    return (
-        len(group.lines) == 1
-        and bool(reads)
-        and all(name == group.signals[0] for name, _ in reads)
-        and not plain_symbols(expression)
-    )

@@ -176,11 +176,6 @@ def canonical(expression: sympy.Expr) -> sympy.Expr:
         raise ModelError(f"{expression!r} is not a sympy expression: build it from symbols and signals") from None
     if not isinstance(expression, sympy.Expr):
         raise ModelError(f"{expression!r} is not an expression: give the right-hand side only, without a relation")
-    return _canonical(expression)
-
-
-@lru_cache(maxsize=4096)  # a rewrite of a model leaves most of its lines as they are
-def _canonical(expression: sympy.Expr) -> sympy.Expr:
     ours = {atom: signal(str(atom.base.label))[t - _lag(atom)] for atom in expression.atoms(sympy.Indexed)}
     ours |= {atom: sympy.Symbol(atom.name, real=True) for atom in _outside_signals(expression)}
     ours |= {atom: sympy.Rational(atom) for atom in expression.atoms(sympy.Float) if atom.is_finite}

@@ -21,7 +21,8 @@ import highspy
 import numpy as np
 
 from relaxations.algebra.arrays import Array, Index
-from relaxations.algebra.ball_arithmetic import EPSILON, TINY
+from relaxations.algebra.ball_arithmetic import EPSILON
+from smid.identification.inversion.frame import middle_and_half
 from smid.identification.inversion.record import Rows
 
 NOTHING = -1
@@ -147,10 +148,7 @@ def contracted(rows: Rows, lower: Array, upper: Array, which: Sequence[int]) -> 
         return Contraction(lower, upper, None, ())
     program = Program(rows)
     # The unknowns are middle + half * e: the numbers of the forms.
-    known = np.isfinite(upper - lower)
-    middle = 0.5 * np.where(known, lower, 0.0) + 0.5 * np.where(known, upper, 0.0)
-    half = np.maximum(upper - middle, middle - lower) * (1 + 4 * EPSILON) + TINY
-    half[~known] = 0.0
+    middle, half = middle_and_half(lower, upper)
     low, high = lower.copy(), upper.copy()
     proofs, points = list[Multipliers](), list[Array]()
     for k in which:

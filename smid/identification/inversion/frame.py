@@ -27,6 +27,14 @@ from smid.models.symbols import plain_symbols, references, signal, t
 _UP = 1 + 64 * EPSILON
 
 
+def middle_and_half(lower: Array, upper: Array) -> tuple[Array, Array]:
+    """Return the numbers with which ``middle + half * e`` covers a box for e in [-1, 1]: half is 0 without ends."""
+    known = np.isfinite(upper - lower)
+    middle = 0.5 * np.where(known, lower, 0.0) + 0.5 * np.where(known, upper, 0.0)
+    half = np.where(known, np.maximum(upper - middle, middle - lower) * (1 + 4 * EPSILON), 0.0)
+    return middle, half + np.where(half > 0, TINY, 0.0)
+
+
 def static_curves(model: Model, signals: Mapping[str, Array]) -> Iterator[tuple[Index, Array]]:
     """Yield the parameters that are coefficients in one line alone, of what the record determines, with its samples.
 
@@ -106,18 +114,17 @@ class Frame:
             Unknowns that are coefficients of one static curve, and the samples that each is multiplied with: shapes
             (k,) and (n, k).
         """
-        middle = origin = 0.5 * lower + 0.5 * upper
-        half = np.maximum(np.maximum(upper - middle, middle - lower) * (1 + 4 * EPSILON), TINY)
+        origin, half = middle_and_half(lower, upper)
+        half = np.maximum(half, TINY)
         turned = np.eye(len(half))
         for unknowns, samples in curves:
             turned[np.ix_(unknowns, unknowns)] = np.linalg.svd(samples * half[unknowns], full_matrices=True)[2]
         inverse, basis = turned / half, half[:, None] * turned.T
         # The coordinates of the box, and what T W leaves; each sum is rounded outwards.
-        count, away = len(half), np.abs(middle - origin) + half
-        size = np.abs(inverse) @ away * count * EPSILON * 4
-        centre, reach = inverse @ (middle - origin), (np.abs(inverse) @ half) * _UP + size
+        count = len(half)
+        reach = (np.abs(inverse) @ half) * (_UP + 4 * count * EPSILON)
         defect = np.abs(np.eye(count) - basis @ inverse) + 4 * count * EPSILON * (np.abs(basis) @ np.abs(inverse))
-        return Frame(origin, inverse, basis, (defect @ away) * _UP + TINY, centre - reach, centre + reach)
+        return Frame(origin, inverse, basis, (defect @ half) * _UP + TINY, -reach, reach)
 
     def write(self, forms: Array, middle: Array, half: Array) -> None:
         """Write the forms of the unknowns over a box of the coordinates."""

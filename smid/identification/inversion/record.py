@@ -18,7 +18,7 @@ from relaxations.algebra.affine_arithmetic import CENTRE, HIGH, LOW, RADIUS, SLO
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from smid.data import Dataset
-from smid.identification.inversion.frame import Frame, static_curves
+from smid.identification.inversion.frame import Frame, middle_and_half, static_curves
 from smid.identification.inversion.free_run import NO_SAMPLE, ZERO, enclose_run
 from smid.identification.inversion.tape import tape_of
 from smid.models import Measurement, Model
@@ -108,10 +108,9 @@ class Record:
         )
         self._data = [np.array([values[name] for name in tape.channels]) for values in runs]
         self._outputs = tape.shown
-        self._states = np.array(
-            [tape.signals.index(own) if plain.get(own) == channel else -1 for channel, own in tape.measured],
-            dtype=np.int64,
-        )
+        self._shown = np.array([tape.signals.index(own) for _, own in tape.measured], dtype=np.int64)
+        as_it_is = np.array([plain.get(own) == channel for channel, own in tape.measured], dtype=bool)
+        self._states = np.where(as_it_is, self._shown, -1)
         # The unknowns: parameters, and initial samples of states.
         names, ends = [p.name for p in model.parameters], [(p.lower, p.upper) for p in model.parameters]
         self.initial = []
@@ -129,9 +128,19 @@ class Record:
                     around = (np.nextafter(measured - reach, -np.inf), np.nextafter(measured + reach, np.inf))
                     ends.append(around if np.isfinite(measured) else (-np.inf, np.inf))
             self.initial.append(table)
+        self._there = [self._stated(e) for e in range(len(self._data))]
         self.names = tuple(names)
         self.lower, self.upper = (np.array(end, dtype=np.float64) for end in zip(*ends, strict=True))
         self.frame: Frame | None = None
+
+    def _stated(self, e: int) -> Mask:
+        """Return of which samples of an experiment each measured output says something, shape (outputs, n)."""
+        there: Mask = np.isfinite(self._data[e][self._outputs])
+        # Before its first sample the model says nothing, but for the states that begin there.
+        for own, place in zip(there, self._shown, strict=True):
+            first = self.tape.first[place]
+            own[:first] &= (self.initial[e][place] != NO_SAMPLE)[:first][: len(own)]
+        return there
 
     def rows(self, lower: Array, upper: Array) -> Rows:
         """Return what the record states about a box, but for rows that hold anywhere in it or say nothing."""
@@ -154,7 +163,7 @@ class Record:
 
     def says_nothing(self, lower: Array, upper: Array) -> bool:
         """Return whether nothing is known over a box of any output that the model computes."""
-        first = np.array([self.tape.first[self.tape.signals.index(own)] for _, own in self.tape.measured])
+        first = self.tape.first[self._shown]
         for e in range(len(self._data)):
             found = self._run(e, 0, lower, upper)
             computed = found.places[:, 1] >= first[found.places[:, 0]]
@@ -216,8 +225,7 @@ class Record:
         if self.frame is None:
             return np.zeros((0, SLOPES + len(lower)))
         forms = self._start(lower, upper, True)[:, : SLOPES + len(lower)]
-        middle = 0.5 * self.lower + 0.5 * self.upper
-        half = np.maximum(self.upper - middle, middle - self.lower) * (1 + 4 * EPSILON)
+        middle, half = middle_and_half(self.lower, self.upper)
         forms[:, CENTRE] -= middle
         forms[:, RADIUS] = (forms[:, RADIUS] + half + EPSILON * (np.abs(forms[:, CENTRE]) + np.abs(middle))) * _UP
         forms[:, LOW], forms[:, HIGH] = -np.inf, np.inf
@@ -250,10 +258,7 @@ class Record:
             outputs,
             constraints,
         )
-        there = np.isfinite(data[self._outputs])
-        for k, (_, own) in enumerate(tape.measured):  # of what comes before the first sample the model says nothing
-            place = tape.signals.index(own)
-            there[k, : tape.first[place]] &= (self.initial[e][place] != NO_SAMPLE)[: tape.first[place]][: data.shape[1]]
+        there = self._there[e]
         return _Forms(outputs[there], np.argwhere(there), constraints)
 
     @property
@@ -287,13 +292,9 @@ class Record:
         """Return the forms of the unknowns over a box, of the coordinates where it is framed."""
         count = len(lower)
         forms = np.zeros((count, SLOPES + count + KEPT))
-        known = np.isfinite(upper - lower)
-        with np.errstate(invalid="ignore"):
-            middle = np.where(known, 0.5 * lower + 0.5 * upper, 0.0)
-            half = np.where(known, np.maximum(upper - middle, middle - lower) * (1 + 4 * EPSILON), 0.0)
-        half += np.where(half > 0, TINY, 0.0)
+        middle, half = middle_and_half(lower, upper)
         if self.frame is None or not framed:
-            forms[:, CENTRE], forms[:, RADIUS] = middle, np.where(known, 0.0, np.inf)
+            forms[:, CENTRE], forms[:, RADIUS] = middle, np.where(np.isfinite(upper - lower), 0.0, np.inf)
             forms[np.arange(count), SLOPES + np.arange(count)] = half
             forms[:, LOW], forms[:, HIGH] = lower, upper
         else:

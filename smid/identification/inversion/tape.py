@@ -153,16 +153,12 @@ class _Writer:
     def apply(self, function: Function, a: int, exponent: float = 0.0) -> int:
         return self.put(Operation.APPLY, a, int(function), number=exponent, fixed=self.entries[a][0])
 
-    def channel(self, name: str, lag: int) -> int:
-        place = self.channels.setdefault(name, len(self.channels))
-        return self.put(Operation.CHANNEL, place, lag)
-
     def number(self, value: sympy.Expr) -> int:
-        exact = value if value.is_Rational else None
         nearest = float(value)
         if not np.isfinite(nearest):
             raise ModelError(f"a line of the model holds {value}: give a finite number")
-        error = 0.0 if exact is not None and sympy.Rational(nearest) == exact else abs(nearest) * 2 * EPSILON + TINY
+        is_exact = value.is_Rational and sympy.Rational(nearest) == value
+        error = 0.0 if is_exact else abs(nearest) * 2 * EPSILON + TINY
         return self.put(Operation.NUMBER, number=nearest, error=error, fixed=True)
 
     def write(self, node: sympy.Basic) -> int:

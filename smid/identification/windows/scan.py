@@ -93,13 +93,10 @@ class Scan:
         place = self.problem.run.parameters.index(name)
         cost = np.zeros(len(self.inside))
         cost[place] = sign
-        found, start = None, self.inside
-        for price in _PRICES:
-            found = self._descents.descend(start, cost, 1.0 - _MARGIN, price, _WORTH)
-            if found.largest <= 1.0:
-                break
-            start = found.vector
-        assert found is not None
+        found = self._descents.descend(self.inside, cost, 1.0 - _MARGIN, _PRICES[0], _WORTH)
+        for price in _PRICES[1:]:
+            if found.largest > 1.0:
+                found = self._descents.descend(found.vector, cost, 1.0 - _MARGIN, price, _WORTH)
         vector = self._pulled_back(found.vector)
         return Extreme(float(vector[place]), vector, found.rows)
 
