@@ -20,10 +20,12 @@ S. M. Rump, "Verification methods: rigorous results using floating-point arithme
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Callable
 from enum import IntEnum
-from typing import TypeVar, cast
+from pathlib import Path
+from typing import Any, TypeVar, cast
 
 import numba
 import numpy as np
@@ -37,9 +39,24 @@ LIBRARY = 8 * EPSILON
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
 
+# Numba keeps the code of a function until the function's own file changes, whatever becomes of the functions here that
+# it calls. So what is kept lies in a folder named after the content of this file, and of the one with its constants.
+_FILES = (Path(__file__), Path(__file__).with_name("ball_arithmetic.py"))
+_CONTENT = hashlib.sha256(b"".join(file.read_bytes() for file in _FILES)).hexdigest()[:16]
+
+
 def compiled(function: _Function) -> _Function:
-    """Return a function as machine code; a division by zero gives an infinite result, as for arrays."""
-    return cast(_Function, numba.njit(cache=True, error_model="numpy")(function))
+    """Return a function as machine code; a division by zero gives an infinite result, as for arrays.
+
+    What it uses must be of these files or of its own: a change elsewhere would not be noticed.
+    """
+    config: Any = numba.config
+    given = config.CACHE_DIR
+    config.CACHE_DIR = str(Path(given or Path(__file__).parent / "__pycache__") / _CONTENT)
+    try:
+        return cast(_Function, numba.njit(cache=True, error_model="numpy")(function))
+    finally:
+        config.CACHE_DIR = given
 
 
 class Function(IntEnum):

@@ -18,6 +18,7 @@ W. Kuehn, "Rigorously computed orbits of dynamical systems without the wrapping 
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 
 import numpy as np
 
@@ -40,7 +41,23 @@ from relaxations.algebra.affine_arithmetic import (
 )
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON
-from smid.identification.inversion.tape import Operation
+
+
+class Operation(IntEnum):
+    """What a line of the tape does to the forms it names."""
+
+    NUMBER = 0  # number, its error
+    PARAMETER = 1  # place of the parameter
+    CHANNEL = 2  # place of the channel, lag
+    PAST = 3  # place of the signal, lag
+    ADD = 4
+    SUBTRACT = 5
+    MULTIPLY = 6
+    SCALE = 7  # form; number
+    APPLY = 8  # form, function; exponent
+    CHOOSE = 9  # condition, form where it is not negative, form elsewhere; 1 if zero is elsewhere, too
+    DEFINE = 10  # form; one for each signal, so that its initial samples can take its place
+
 
 NO_SAMPLE, ZERO = -2, -1
 """In place of an initial sample: there is none, or it is zero."""

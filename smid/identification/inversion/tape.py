@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import reduce
 
 import numpy as np
@@ -18,28 +17,13 @@ from sympy.core.relational import Relational
 from relaxations.algebra.affine_arithmetic import Function
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
+from smid.identification.inversion.free_run import Operation
 from smid.models import Model, ModelError
 from smid.models.parts import Line, Measurement
 from smid.models.structure import causal_order, first_samples, is_clock, state_lags
 from smid.models.symbols import VALUE, references, signal, t
 
-__all__ = ["Operation", "Tape", "tape_of"]
-
-
-class Operation(IntEnum):
-    """What a line of the tape does to the forms it names."""
-
-    NUMBER = 0  # number, its error
-    PARAMETER = 1  # place of the parameter
-    CHANNEL = 2  # place of the channel, lag
-    PAST = 3  # place of the signal, lag
-    ADD = 4
-    SUBTRACT = 5
-    MULTIPLY = 6
-    SCALE = 7  # form; number
-    APPLY = 8  # form, function; exponent
-    CHOOSE = 9  # condition, form where it is not negative, form elsewhere; 1 if zero is elsewhere, too
-    DEFINE = 10  # form; one for each signal, so that its initial samples can take its place
+__all__ = ["Tape", "tape_of"]
 
 
 _FUNCTIONS = {
