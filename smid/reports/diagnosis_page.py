@@ -16,6 +16,7 @@ from smid.diagnosis.figures import (
     rivals_figure,
     spoken,
 )
+from smid.diagnosis.proof.decide import REACH
 from smid.diagnosis.proof.name_proof import NameProof
 from smid.display.table import Table
 from smid.models import Parameter
@@ -151,8 +152,8 @@ def _evidence(diagnosis: Diagnosis) -> Iterator[Block]:
     if diagnosis.proof:
         yield diagnosis.proof.sentence
         yield (
-            "The proof holds for all values of the free parameters, not only for the fitted values. It encloses every "
-            "rounding error."
+            "The proof holds for all values of the free parameters within their boxes, not only for the fitted values. "
+            "It encloses every rounding error."
         )
     elif bound is None:
         yield "No noise bound was given, so it was not tested whether the base model can explain the data."
@@ -186,8 +187,9 @@ def _name_proof(proof: NameProof) -> Iterator[Block]:
         rows.append((_spoken_in(name, (*proof.causes, *proof.rivals)), status, found.ground))
     yield Table("", header, tuple(rows), "lll")
     yield Remark(
-        "Excluded: no parameters within their boxes explain the samples (certified). Feasible: parameters and noises "
-        "that explain them are verified. A rival that is not excluded is rejected by likelihood only."
+        "Excluded: no parameters within their boxes explain the samples (certified). A parameter or a hidden state "
+        f"without a box is taken to be at most {REACH:g} times as large as in the fit, where relaxations decide "
+        "nothing. Feasible: parameters and noises that explain them are verified. A rival that is not excluded is rejected by likelihood only."
     )
 
 

@@ -40,7 +40,7 @@ from smid.models import Model, ModelError, signal, t
 REACH = 10.0
 """What has no box is taken to be at most so many times as large as in a fit."""
 
-ASSUMED = f"what has no box is at most {REACH:g} times its fit"
+ASSUMED = f"parameters without a box: at most {REACH:g} times their fit"
 
 MOST = 20_000
 """Contractions of a proof."""

@@ -1,7 +1,7 @@
 """The proof that the base model cannot explain the data: it is excluded on a window.
 
-It holds for *every* value of the free parameters. It also proves that in any extension the effect's parameters differ
-from their null values, because at null the extension is the base model.
+It holds for *every* value of the free parameters within their boxes. It also proves that in any extension the effect's
+parameters differ from their null values, because at null the extension is the base model.
 """
 
 from __future__ import annotations

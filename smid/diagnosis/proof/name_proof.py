@@ -39,7 +39,7 @@ class NameProof(Result):
     >>> excluded = Decision(Status.EXCLUDED, 20, 59, ((31, 0.4),), "", 0.2)
     >>> feasible = Decision(Status.FEASIBLE, 20, 59, (), "", 0.1)
     >>> print(NameProof(0.06, "bar", "run", 20, 59, ("gain",), excluded, feasible, "", {}, False, 0.3))
-    Proof of the name on samples 20 to 59 of run, within 0.06 bar; what has no box is at most 10 times its fit.
+    Proof of the name on samples 20 to 59 of run, within 0.06 bar; parameters without a box: at most 10 times their fit.
     model       on these samples  most influential, or why undecided
     base model  excluded          31
     with gain   feasible

@@ -58,8 +58,8 @@ class Inverted:
         loose = [p.name for p in model.parameters if not np.isfinite(p.upper - p.lower)]
         if loose:
             raise ModelError(
-                f"inversion of the free run needs a box of every parameter, and {', '.join(loose)} has none: give it "
-                f"ends, as in model.bound({loose[0]}=(-10, 10))"
+                f"inversion of the free run needs a box of every parameter. Give ends to {', '.join(loose)}, as in "
+                f"model.bound({loose[0]}=(-10, 10))"
             )
         self.record = record = Record(model, data, bounds)
         if all(record.says_nothing(*ends) for ends in _points(record)):

@@ -85,7 +85,7 @@ def test_one_spoilt_sample_empties_the_set_and_is_named():
 @pytest.mark.parametrize(
     ("equations", "boxes", "message"),
     [
-        (["h[t] = h[t-1] - c*sqrt(h[t-1])"], {}, r"a box of every parameter, and c has none"),
+        (["h[t] = h[t-1] - c*sqrt(h[t-1])"], {}, r"a box of every parameter. Give ends to c, as in model.bound\(c="),
         (["v[t] = c*v[t-1] + u[t]", "h[t] = sqrt(v[t-1])"], {"c": (0, 0.9)}, r"no channel measures v.*model.bound\(v="),
         (["h[t] = asin(c*u[t])"], {"c": (0, 1)}, "no enclosure of asin"),
         (["v[t] = c*v[t-1] + u[t]", "h[t] = v[t-1]**2"], {"c": (0, 0.9)}, r"no channel measures v.*model.bound\(v="),
