@@ -189,7 +189,8 @@ def _name_proof(proof: NameProof) -> Iterator[Block]:
     yield Remark(
         "Excluded: no parameters within their boxes explain the samples (certified). A parameter or a hidden state "
         f"without a box is taken to be at most {REACH:g} times as large as in the fit, where relaxations decide "
-        "nothing. Feasible: parameters and noises that explain them are verified. A rival that is not excluded is rejected by likelihood only."
+        "nothing. Feasible: parameters and noises that explain them are verified. A rival that is not excluded is "
+        "rejected by likelihood only."
     )
 
 
