@@ -10,11 +10,11 @@ from typing import Any
 
 from relaxations.check.arithmetic import Interval, Unreadable, Work
 from relaxations.check.forms import Reader, excerpt, read_name, shown_name
-from relaxations.check.runs.affine import Range, between
+from relaxations.check.runs.affine import LARGEST, Range, between
 from relaxations.check.runs.fixed import above, below
 from relaxations.check.runs.proof import Node, Pass, Side
-from relaxations.check.runs.run import CONSTRAINT, Source
-from relaxations.check.runs.statement import Experiment, Measured, Samples, Stated
+from relaxations.check.runs.run import CONSTRAINT, LINKS, Source
+from relaxations.check.runs.statement import Measured, Piece, Samples, Stated
 from relaxations.check.runs.tape import Tape
 
 FORMAT = "relaxations run certificate"
@@ -81,8 +81,7 @@ def document(content: Any) -> Document:
         "claim",
         "boxes",
     )
-    file = reader.fields(content, "the file", keys, ("origin",))
-    # The bounds of hidden signals count as far as they are stated of initial samples.
+    file = reader.fields(content, "the file", keys, ("origin", "pieces"))
     model = reader.fields(
         file["model"], "model", ("name", "parameters", "lines", "measurements", "constraints"), ("bounds",)
     )
@@ -139,41 +138,61 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
     undefined = sorted(tape.lags.keys() - tape.now.keys())
     if undefined:
         raise Unreadable(f"a line reads the signal {excerpt(undefined[0])}, which neither a line nor a channel defines")
-    measured = tuple(
+    measured = [
         Measured(
             m.signal,
             tape.less(tape.now[m.signal], tape.shown(k, m.inverse)) if m.signal in lines else None,
             tape.now[m.signal] if m.signal in lines and m.inverse is None else None,
         )
         for k, m in enumerate(measurements)
-    )
-    # The unknowns: parameters, and the samples of remembered signals before the first that a line gives.
-    initial = _initial(reader, file["initial"], first, records)
-    names, box = list(parameters), list(parameters.values())
-    experiments = []
-    for e, run in enumerate(records):
+    ]
+    # A signal between two ends is measured as that at every sample.
+    between_ends = {
+        name: between(*_ends(reader, pair, f"the bounds of {shown_name(name)}"))
+        for name, pair in _named(model.get("bounds", {}), "bounds").items()
+    }
+    for name in between_ends:
+        if name not in lines:
+            raise Unreadable(f"{excerpt(name)} has bounds, and no line defines it")
+        own = tape.now[name]
+        measured.append(Measured(name, tape.less(own, tape.shown(len(measured), None)), own))
+    noises = [above(m.bound) for m in measurements]
+    noises += [form.radius if isinstance(form.radius, int) else LARGEST for form in between_ends.values()]
+    # The samples of each experiment.
+    shown, exactly = list[tuple[Samples, ...]](), list[dict[str, Samples]]()
+    for run in records:
         missing = [m.channel for m in measurements if m.channel not in run.channels]
         if missing:
             raise Unreadable(f"experiment {shown_name(run.name)} has no samples of {shown_name(missing[0])}")
-        work.spend(10 * run.count * (len(measurements) + len(exact)))
-        shown = tuple(_samples(run.channels[m.channel], m.bound) for m in measurements)
+        work.spend(10 * run.count * (len(measured) + len(exact)))
+        within: list[Samples] = [[form] * run.count for form in between_ends.values()]
+        shown.append((*(_samples(run.channels[m.channel], m.bound) for m in measurements), *within))
+        exactly.append({name: _samples(run.channels[name], Fraction(0)) for name in exact})
+    # The unknowns: parameters, and of each piece the samples of remembered signals before the first that a line gives.
+    initial = _initial(reader, file["initial"], first, records)
+    names, box = list(parameters), list(parameters.values())
+    begins: dict[tuple[int, str, int], int] = {}
+    pieces = []
+    for e, start, stop in _pieces(reader, file, records):
+        work.spend(10 * (stop - start) * (len(measured) + len(exact)))
+        part = slice(start, stop)
         places = {}
         for name in (name for name in lines if name in tape.lags):
-            steps = min(first[name], run.count)
+            steps = min(first[name], stop - start)
             if len(names) + steps > MOST_UNKNOWNS:
                 raise Unreadable(f"there are more than {MOST_UNKNOWNS} unknowns, the limit of this program")
-            for now in range(steps):
+            for now in range(start, start + steps):
                 seen = [
                     own[now]
-                    for m, own in zip(measured, shown, strict=True)
+                    for m, own in zip(measured, shown[e], strict=True)
                     if m.signal == name and m.defined is not None
                 ]
                 known = [*((form.low, form.high) for form in seen if form), *initial.get((e, name, now), [])]
-                places[name, now] = len(names)
-                names.append(f"{name}[{now}]" if len(records) == 1 else f"{name}[{now}] of {run.name}")
+                places[name, now - start] = begins[e, name, now] = len(names)
+                names.append(f"{name}[{now}]" if len(records) == 1 else f"{name}[{now}] of {records[e].name}")
                 box.append((max([-inf, *(low for low, _ in known)]), min([inf, *(high for _, high in known)])))
-        channels = {name: _samples(run.channels[name], Fraction(0)) for name in exact}
-        experiments.append(Experiment(run.name, run.count, channels, shown, places))
+        exact_part = {name: samples[part] for name, samples in exactly[e].items()}
+        pieces.append(Piece(e, start, stop - start, exact_part, tuple(own[part] for own in shown[e]), places))
     kept = reader.index(file["symbols"], "symbols", MOST_KEPT + 1)
     return Stated(
         tuple(parameters),
@@ -181,10 +200,13 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
         tuple(box),
         tape,
         first,
-        measured,
-        tuple(above(m.bound) for m in measurements),
+        tuple(measured),
+        tuple(noises),
         constraints,
-        tuple(experiments),
+        tuple(lines),
+        {run.name: run.count for run in records},
+        tuple(pieces),
+        begins,
         kept,
         work,
     )
@@ -245,6 +267,18 @@ def _initial(
         now = reader.index(sample, f"the initial sample of {shown_name(name)}", max(first[name], 1))
         found.setdefault((e, name, now), []).append(_ends(reader, ends, f"the initial sample of {shown_name(name)}"))
     return found
+
+
+def _pieces(reader: Reader, file: Mapping[str, Any], records: list[_Run]) -> Iterator[tuple[int, int, int]]:
+    """Yield the experiment of each piece, its first sample, and the one after its last."""
+    if "pieces" not in file:
+        yield from ((e, 0, run.count) for e, run in enumerate(records))
+        return
+    for value in reader.items(file["pieces"], "pieces"):
+        experiment, first, stop = reader.items(value, "a piece", 3)
+        e = reader.index(experiment, "the experiment of a piece", len(records))
+        end = reader.index(stop, "the end of a piece", records[e].count + 1)
+        yield e, reader.index(first, "the first sample of a piece", end + 1), end
 
 
 def _samples(values: list[Fraction | None], bound: Fraction) -> Samples:
@@ -313,9 +347,9 @@ def _source(reader: Reader, value: Any, stated: Stated, where: str) -> Source:
     if run == CONSTRAINT and not isinstance(run, bool):
         counts = (1, len(stated.constraints), 1)
     else:
-        reader.index(run, where, 2)
-        experiment = reader.index(places[0], where, len(stated.experiments))
-        counts = (experiment + 1, len(stated.measured), stated.experiments[experiment].count)
+        reader.index(run, where, 2 * LINKS)
+        piece = reader.index(places[0], where, len(stated.pieces))
+        counts = (piece + 1, len(stated.lines if run >= LINKS else stated.measured), stated.pieces[piece].count)
     e, n, now = (reader.index(place, where, count) for place, count in zip(places, counts, strict=True))
     return run, e, n, now
 

@@ -17,7 +17,7 @@ _STATED = ("model", "noise_bounds", "first", "initial")
 def report(found: Document, claim: Claim | None) -> Iterator[str]:
     """Yield the printed lines for an accepted file."""
     stated, content = found.stated, found.content
-    runs = [f"{shown_name(run.name)} ({counted(run.count, 'sample')})" for run in stated.experiments]
+    runs = [f"{shown_name(name)} ({counted(count, 'sample')})" for name, count in stated.experiments.items()]
     yield "accepted: " + ", ".join([counted(len(stated.parameters), "parameter"), *runs[:MOST_LINES]])
     if "origin" in content:
         yield "origin, as this file states it (smid verify compares it with a model and with data):"

@@ -23,20 +23,24 @@ from relaxations.check.runs.affine import (
     hull,
     multiply,
     narrowed,
+    negative,
     number,
     spread,
     symbol,
 )
 from relaxations.check.runs.fixed import End
 from relaxations.check.runs.functions import FUNCTIONS, power, raised
-from relaxations.check.runs.statement import Experiment, Stated
+from relaxations.check.runs.statement import Piece, Stated
 from relaxations.check.runs.tape import Entry
 
 FREE, ANCHORED, CONSTRAINT = 0, 1, -1
 """Where a row comes from."""
 
+LINKS = 2
+"""Added to a run: the row says that a signal is what another piece begins with at the same sample."""
+
 Source = tuple[int, int, int, int]
-"""Run, experiment, measurement, sample; or `CONSTRAINT`, 0, constraint, 0."""
+"""Run, piece, measurement, sample; `LINKS` more than a run, piece, line, sample; or `CONSTRAINT`, 0, constraint, 0."""
 
 
 @dataclass(frozen=True)
@@ -54,16 +58,17 @@ def rows(stated: Stated, box: list[Range], sources: Iterable[Source]) -> dict[So
     found: dict[Source, Row | None] = {}
     wanted: dict[tuple[int, int], list[Source]] = {}
     for source in sources:
-        wanted.setdefault((source[0], source[1]), []).append(source)
+        run = source[0] - LINKS if source[0] >= LINKS else source[0]
+        wanted.setdefault((run, source[1]), []).append(source)
     starts = [symbol(*ends, k) for k, ends in enumerate(box)]
     fixed = _fixed(stated, starts)
-    for (run, experiment), own in wanted.items():
+    for (run, piece), own in wanted.items():
         if run == CONSTRAINT:
             for source in own:
                 form = fixed[stated.constraints[source[2]]]
                 found[source] = _row(form, len(box), 0, form.high)
         else:
-            _run(stated, stated.experiments[experiment], run == ANCHORED, starts, fixed, own, found)
+            _run(stated, stated.pieces[piece], run == ANCHORED, starts, fixed, own, found)
     return found
 
 
@@ -120,7 +125,7 @@ def operate(entry: Entry, forms: list[Form], starts: list[Form]) -> Form:
 
 def _run(
     stated: Stated,
-    experiment: Experiment,
+    piece: Piece,
     anchored: bool,
     starts: list[Form],
     fixed: list[Form],
@@ -146,12 +151,12 @@ def _run(
                 form = past[name][now - lag] if now >= lag else UNKNOWN
             elif kind == "channel":
                 _, name, lag = entry
-                form = (experiment.exact[name][now - lag] if now >= lag else None) or UNKNOWN
+                form = (piece.exact[name][now - lag] if now >= lag else None) or UNKNOWN
             elif kind == "shown":
-                form = experiment.shown[entry[1]][now] or UNKNOWN
+                form = piece.shown[entry[1]][now] or UNKNOWN
             elif kind == "define":
                 _, a, name = entry
-                start = experiment.initial.get((name, now))
+                start = piece.initial.get((name, now))
                 form = forms[a] if now >= stated.first[name] else UNKNOWN if start is None else starts[start]
             else:
                 form = operate(entry, forms, starts)
@@ -159,18 +164,27 @@ def _run(
             cost += len(form.slopes)
         stated.work.spend(cost)
         # The rows.
-        for source in by_sample.get(now, ()):
+        asked = by_sample.get(now, ())
+        for source in asked:
+            if source[0] >= LINKS:
+                continue
             row = stated.measured[source[2]].row
-            if row is not None and experiment.shown[source[2]][now] is not None:
+            if row is not None and piece.shown[source[2]][now] is not None:
                 found[source] = _row(forms[row], unknowns, 0, 0)
         # A signal lies within the noise bound of what is measured.
         for n, measured in enumerate(stated.measured):
-            shown = experiment.shown[n][now]
+            shown = piece.shown[n][now]
             if measured.defined is not None and shown is not None:
                 own = forms[measured.defined]
                 if anchored and now >= stated.first[measured.signal] and spread(own) > stated.bounds[n]:
                     own = shown
                 forms[measured.defined] = narrowed(own, shown.low, shown.high)
+        for source in asked:
+            if source[0] >= LINKS:
+                name = stated.lines[source[2]]
+                begins = stated.begins.get((piece.experiment, name, piece.first + now))
+                if begins is not None:
+                    found[source] = _row(add(forms[tape.now[name]], negative(starts[begins])), unknowns, 0, 0)
         # Remember: the radius becomes a symbol.
         for name, earlier in past.items():
             form = forms[tape.now[name]]

@@ -6,9 +6,13 @@ of every experiment, such that
 - p lies in its box, and every constraint is real and not negative at p;
 - a signal that a line defines has the line's value at every sample from its first on. Before that it is any number, but
   for the initial samples that are stated;
+- a signal with bounds lies within them at every sample;
 - a measured signal is what its channel shows of some noise within the bound: the value of ``inverse`` at the sample
   less the noise, or that difference itself where there is no inverse. A missing sample shows nothing;
 - any other signal that a line reads is a channel whose samples are exact; a missing one is any number.
+
+An experiment may be read in pieces: what holds of all its samples holds of some of them, whatever the signals are at
+the first ones.
 
 An expression has a value where each part that it needs is a real number; of a ``Piecewise``, the chosen branch alone. A
 power of a negative number has one where the exponent is whole.
@@ -44,11 +48,13 @@ class Measured:
 
 
 @dataclass(frozen=True)
-class Experiment:
-    """The samples of one experiment.
+class Piece:
+    """Some samples of one experiment, in a row: at the first ones its states are unknown.
 
     Parameters
     ----------
+    experiment, first, count
+        Place of the experiment, and which of its samples.
     exact
         Of each channel.
     shown
@@ -57,7 +63,8 @@ class Experiment:
         Unknown of an initial sample, by signal and sample.
     """
 
-    name: str
+    experiment: int
+    first: int
     count: int
     exact: Mapping[str, Samples]
     shown: tuple[Samples, ...]
@@ -80,6 +87,12 @@ class Stated:
         Of the noise of each measurement, in units.
     constraints
         Operations that are not negative.
+    lines
+        The signals that lines define.
+    experiments
+        Number of samples of each.
+    begins
+        Unknown of an initial sample, by experiment, signal and sample of the experiment.
     kept
         So many symbols of remainders are kept.
     """
@@ -92,6 +105,9 @@ class Stated:
     measured: tuple[Measured, ...]
     bounds: tuple[int, ...]
     constraints: tuple[int, ...]
-    experiments: tuple[Experiment, ...]
+    lines: tuple[str, ...]
+    experiments: Mapping[str, int]
+    pieces: tuple[Piece, ...]
+    begins: Mapping[tuple[int, str, int], int]
     kept: int
     work: Work

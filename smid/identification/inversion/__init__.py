@@ -6,6 +6,7 @@ Linear programs contract the box, and their multipliers prove it. Boxes that rea
 gives certified intervals, or the proof that the set is empty.
 
 From the bottom: :mod:`.free_run` (operations, and their enclosures along a record), :mod:`.tape` (a model as such),
-:mod:`.record` (the rows of a box, and verified points), :mod:`.contraction`, :mod:`.outermost` (points near the ends),
-:mod:`.cover` (the boxes), :mod:`.inverted` (the intervals).
+:mod:`.pieces` (a record in parts, where states are hidden), :mod:`.record` (the rows of a box, and verified points),
+:mod:`.contraction`, :mod:`.outermost` (points near the ends), :mod:`.cover` (the boxes), :mod:`.inverted` (the
+intervals).
 """

@@ -9,23 +9,24 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy import sparse
 
 from relaxations.check.runs import read
 from relaxations.check.runs.fixed import ONE, below
 from relaxations.check.runs.proof import Box as Ends
 from relaxations.check.runs.proof import Pass, Side, bound_of, contract
-from relaxations.check.runs.run import CONSTRAINT, Row, Source, rows
+from relaxations.check.runs.run import CONSTRAINT, LINKS, Row, Source, rows
 from relaxations.check.runs.statement import Stated
 from relaxations.deadline import Progress
 from smid.identification.inversion.contraction import NOTHING, Multipliers, contracted
 from smid.identification.inversion.cover import Box, Cover
-from smid.identification.inversion.record import KEPT, Record, Rows
+from smid.identification.inversion.record import KEPT, Group, Record, Rows
 from smid.verification.origin import plain_statement, samples_as_text
 
 _DIGITS = 40  # bits of the largest multiplier of an end; the bound is true whatever is left out
@@ -77,25 +78,22 @@ def run_statement(record: Record, bounds: Mapping[str, float]) -> dict[str, Any]
     tape, model = record.tape, plain_statement(record.model)
     lines = [name for name in tape.signals if name in model["lines"]]
     first = dict(zip(tape.signals, tape.first.tolist(), strict=True))
-    known = {**{tape.signals[k]: [0, 0] for k in np.flatnonzero(tape.clocks)}, **model.get("bounds", {})}
+    clocks = [tape.signals[k] for k in np.flatnonzero(tape.clocks)]
+    runs = record.data.experiments
     return {
         "model": {**model, "lines": {name: model["lines"][name] for name in lines}},
         "noise_bounds": {channel: float(bound).hex() for channel, bound in sorted(bounds.items())},
         "first": {name: first[name] for name in lines},
-        "initial": [
-            [e, name, now, *ends]
-            for e in range(len(record.data.experiments))
-            for name, ends in known.items()
-            for now in range(first[name])
-        ],
+        "initial": [[e, name, now, 0, 0] for e in range(len(runs)) for name in clocks for now in range(first[name])],
         "experiments": [
             {
                 "name": run.name,
                 "samples": run.n_samples,
                 "channels": {name: samples_as_text(run.values[name]) for name in record.model.channels},
             }
-            for run in record.data.experiments
+            for run in runs
         ],
+        "pieces": [[p.experiment, p.first, p.first + p.data.shape[1]] for p in record.cut.parts],
         "symbols": KEPT,
     }
 
@@ -108,14 +106,22 @@ class _Walk:
         # The checker numbers measurements as the model does.
         self._sources: list[Source] = [(CONSTRAINT, 0, k, 0) for k in range(len(stated.constraints))]
         self._sources += [
-            (run, e, m, now)
+            (run, k, m, now)
             for run in (0, 1)
-            for e, experiment in enumerate(stated.experiments)
+            for k, piece in enumerate(stated.pieces)
             for m, measured in enumerate(stated.measured)
             if measured.row is not None
-            for now, shown in enumerate(experiment.shown[m])
+            for now, shown in enumerate(piece.shown[m])
             if shown is not None
         ]
+        signals, parts = cover.record.tape.signals, cover.record.cut.parts
+        self._sources += [
+            (LINKS + run, k, stated.lines.index(signals[own]), now)
+            for run in (0, 1)
+            for k, piece in enumerate(parts)
+            for own, now, _ in piece.links.tolist()
+        ]
+        self._groups = cover.record.groups(np.ones(len(stated.box), dtype=bool))
         self.boxes: list[dict[str, Any]] = []
         self.left: list[Ends] = []
         self._halvings = _HALVINGS
@@ -177,7 +183,7 @@ class _Walk:
             if len(passes) >= len(box.contractions) and (box.cut or not (box.empty or _beyond(ends, box))):
                 break
             known = rows(self._stated, ends, self._sources)
-            step = _pass(known, ends)
+            step = _pass(known, ends, self._groups)
             if not (step.sources or step.sides):
                 break
             passes.append(
@@ -194,13 +200,14 @@ def _beyond(ends: Ends, box: Box) -> bool:
     return any(low < own_low * ONE or high > own_high * ONE for (low, high), own_low, own_high in found)
 
 
-def _pass(known: Mapping[Source, Row | None], ends: Ends) -> Pass:
+def _pass(known: Mapping[Source, Row | None], ends: Ends, groups: Sequence[Group]) -> Pass:
     """Return the contraction of a box by its rows; without rows where they say nothing."""
     impossible = [source for source, row in known.items() if row and row.impossible]
     if impossible:
         return Pass(impossible[:1], [])
     lower, upper = (np.array([float(Fraction(end) / ONE) for end in own]) for own in zip(*_finite(ends), strict=True))
-    found = contracted(_arrays(known, len(ends)), lower, upper, np.flatnonzero(upper > lower).tolist())
+    free = [Group(tuple(k for k in group.unknowns if upper[k] > lower[k]), group.pieces) for group in groups]
+    found = contracted(_arrays(known, len(ends)), lower, upper, free)
     places: dict[Source, int] = {}
     sides = [side for m in found.proof for side in [_side(m, places)] if side.terms]
     step = Pass(list(places), sides)
@@ -218,12 +225,12 @@ def _finite(ends: Ends) -> list[tuple[int, int]]:
 def _arrays(known: Mapping[Source, Row | None], unknowns: int) -> Rows:
     """Return the rows that say something of a box, in floats: what is solved for need not be exact."""
     told = [(source, row) for source, row in known.items() if row is not None]
-    slopes = np.zeros((len(told), unknowns))
-    for n, (_, row) in enumerate(told):
-        for k, slope in row.slopes.items():
-            slopes[n, k] = slope / ONE
+    entries = [(n, k, slope / ONE) for n, (_, row) in enumerate(told) for k, slope in row.slopes.items()]
+    places, columns, values = np.array(entries).reshape(-1, 3).T
+    slopes = sparse.csr_array((values, (places.astype(np.int64), columns.astype(np.int64))), (len(told), unknowns))
     low, high = (np.array([getattr(row, end) / ONE for _, row in told]) for end in ("low", "high"))
-    useful = (np.abs(slopes).sum(axis=1) > high) | (-np.abs(slopes).sum(axis=1) < low)
+    reach = abs(slopes).sum(axis=1)
+    useful = (reach > high) | (-reach < low)
     sources = np.array([source for source, _ in told], dtype=np.int64).reshape(-1, 4)
     return Rows(-0.5 * (low + high), 0.5 * (high - low), slopes, sources, -1).where(useful)
 

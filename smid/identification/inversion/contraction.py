@@ -19,11 +19,13 @@ from functools import cached_property
 
 import highspy
 import numpy as np
+from scipy import sparse
 
+from relaxations.algebra.affine_arithmetic import compiled
 from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.ball_arithmetic import EPSILON
 from smid.identification.inversion.frame import middle_and_half
-from smid.identification.inversion.record import Rows
+from smid.identification.inversion.record import Group, Rows
 
 NOTHING = -1
 """In place of an unknown: the multipliers prove that the box is empty."""
@@ -79,11 +81,14 @@ class Program:
 
     def __init__(self, rows: Rows) -> None:
         self._rows = rows
+        starts, unknowns = rows.slopes.indptr.astype(np.int64), rows.slopes.indices.astype(np.int64)
+        self._entries = starts, unknowns, rows.slopes.data
         # A row's own scale: its largest slope.
-        scale = np.abs(rows.slopes).max(axis=1)
+        scale = np.zeros(len(rows.centre))
+        np.maximum.at(scale, np.repeat(np.arange(len(scale)), np.diff(starts)), np.abs(rows.slopes.data))
         self._scale = np.where(scale > 0, scale, 1.0)
         ends = [(-rows.centre - rows.radius) / self._scale, (-rows.centre + rows.radius) / self._scale]
-        self._slopes, self._ends = rows.slopes / self._scale[:, None], ends
+        self._slopes, self._ends = sparse.diags_array(1 / self._scale) @ rows.slopes, ends
 
     @cached_property
     def _program(self) -> highspy.Highs:
@@ -111,7 +116,8 @@ class Program:
         """
         (count, unknowns), (low, high) = self._slopes.shape, self._ends
         size = (self._rows.radius / self._scale)[:, None]
-        slopes = np.block([[self._slopes, size], [self._slopes, -size]])
+        sides = [sparse.hstack([self._slopes, sparse.csr_array(sign * size)]) for sign in (1, -1)]
+        slopes = sparse.csr_array(sparse.vstack(sides))
         free = np.full(count, highspy.kHighsInf)
         box = np.append(-np.ones(unknowns), 0.0), np.append(np.ones(unknowns), highspy.kHighsInf)
         cost = np.append(np.zeros(unknowns), 1.0)
@@ -122,51 +128,72 @@ class Program:
         return proof if bound > 0 else None
 
     def _proven(self, values: Array, k: int, sign: int) -> tuple[float, Multipliers]:
-        used = np.flatnonzero(np.abs(values) > _SMALLEST * np.abs(values).max(initial=0.0))
-        rows, m = self._rows.where(used), values[used]
-        left = -(m @ rows.slopes)
+        rows, used = self._rows, np.flatnonzero(np.abs(values) > _SMALLEST * np.abs(values).max(initial=0.0))
+        left = np.zeros(rows.slopes.shape[1])
         if k != NOTHING:
-            left[k] += sign
-        ends = np.where(m > 0, -rows.centre - rows.radius, -rows.centre + rows.radius)
-        size = 1 + np.abs(m) @ (np.abs(rows.centre) + rows.radius + np.abs(rows.slopes).sum(axis=1))
-        rounding = (2 * len(m) + len(left) + 16) * EPSILON * size
-        return float(m @ ends - np.abs(left).sum() - rounding), Multipliers(k, sign, rows.sources, m)
+            left[k] = sign
+        m = values[used]
+        bound, size = _bound(used, m, rows.centre, rows.radius, *self._entries, left)
+        rounding = (2 * len(m) + len(left) + 16) * EPSILON * (1 + size)
+        return float(bound - np.abs(left).sum() - rounding), Multipliers(k, sign, rows.sources[used], m)
 
 
-def contracted(rows: Rows, lower: Array, upper: Array, which: Sequence[int]) -> Contraction:
+@compiled
+def _bound(
+    used: Index, m: Array, centre: Array, radius: Array, starts: Index, unknowns: Index, slopes: Array, left: Array
+) -> tuple[float, float]:
+    """Subtract the rows times their multipliers; return the least of these sums' ends, and the size of all terms."""
+    total, size = 0.0, 0.0
+    for n in range(len(used)):
+        row = used[n]
+        total += m[n] * ((-centre[row] - radius[row]) if m[n] > 0 else (-centre[row] + radius[row]))
+        size += abs(m[n]) * (abs(centre[row]) + radius[row])
+        for place in range(starts[row], starts[row + 1]):
+            left[unknowns[place]] -= m[n] * slopes[place]
+            size += abs(m[n] * slopes[place])
+    return total, size
+
+
+def contracted(rows: Rows, lower: Array, upper: Array, groups: Sequence[Group]) -> Contraction:
     """Return the box after each of some unknowns is bounded by the rows.
 
     Parameters
     ----------
     lower, upper
         The box of the rows, shape (unknowns,).
+    groups
+        Unknowns, each group bounded by the rows of some pieces.
     """
     if rows.impossible >= 0:
         proof = Multipliers(NOTHING, 1, rows.sources, np.ones(1))
         return Contraction(lower, upper, None, (proof,), empty=True)
-    if not len(rows.centre):
-        return Contraction(lower, upper, None, ())
-    program = Program(rows)
     # The unknowns are middle + half * e: the numbers of the forms.
     middle, half = middle_and_half(lower, upper)
     low, high = lower.copy(), upper.copy()
-    proofs, points = list[Multipliers](), list[Array]()
-    for k in which:
-        for sign in (1, -1):
-            found = program.end(k, sign)
-            if found is None:
-                empty = program.emptiness()
-                return Contraction(low, high, None, (*proofs, empty) if empty else tuple(proofs), empty is not None)
-            bound, proof, point = found
-            reach = half[k] * bound - 8 * EPSILON * (abs(middle[k]) + half[k])
-            better = middle[k] + reach > low[k] if sign > 0 else middle[k] - reach < high[k]
-            if better:
-                proofs.append(proof)
-                low[k], high[k] = (middle[k] + reach, high[k]) if sign > 0 else (low[k], middle[k] - reach)
-            points.append(point)
-            if low[k] > high[k]:
-                return Contraction(low, high, None, tuple(proofs), empty=True)
-    return Contraction(low, high, middle + half * np.mean(points, axis=0), tuple(proofs))
+    inside = None
+    proofs = list[Multipliers]()
+    for group in groups:
+        own = rows if group.pieces is None else rows.where(np.isin(rows.sources[:, 1], group.pieces))
+        if not len(own.centre):
+            continue
+        program, points = Program(own), list[Array]()
+        for k in group.unknowns:
+            for sign in (1, -1):
+                found = program.end(k, sign)
+                if found is None:
+                    empty = program.emptiness()
+                    return Contraction(low, high, None, (*proofs, empty) if empty else tuple(proofs), empty is not None)
+                bound, proof, point = found
+                reach = half[k] * bound - 8 * EPSILON * (abs(middle[k]) + half[k])
+                better = middle[k] + reach > low[k] if sign > 0 else middle[k] - reach < high[k]
+                if better:
+                    proofs.append(proof)
+                    low[k], high[k] = (middle[k] + reach, high[k]) if sign > 0 else (low[k], middle[k] - reach)
+                points.append(point)
+                if low[k] > high[k]:
+                    return Contraction(low, high, None, tuple(proofs), empty=True)
+        inside = middle + half * np.mean(points, axis=0) if group.pieces is None else inside
+    return Contraction(low, high, inside, tuple(proofs))
 
 
 class _Quiet(highspy.Highs):
@@ -176,7 +203,7 @@ class _Quiet(highspy.Highs):
         """Enable none."""
 
 
-def _solver(cost: Array, box: tuple[Array, Array], slopes: Array, low: Array, high: Array) -> highspy.Highs:
+def _solver(cost: Array, box: tuple[Array, Array], slopes: sparse.csr_array, low: Array, high: Array) -> highspy.Highs:
     """Return a linear program that is ready to run."""
     count, unknowns = slopes.shape
     solver, program = _Quiet(), highspy.HighsLp()  # type: ignore[no-untyped-call]
@@ -186,8 +213,8 @@ def _solver(cost: Array, box: tuple[Array, Array], slopes: Array, low: Array, hi
     program.col_cost_, (program.col_lower_, program.col_upper_) = cost, box
     program.row_lower_, program.row_upper_ = low, high
     program.a_matrix_.format_ = highspy.MatrixFormat.kRowwise
-    program.a_matrix_.start_ = np.arange(count + 1) * unknowns
-    program.a_matrix_.index_ = np.tile(np.arange(unknowns), count)
-    program.a_matrix_.value_ = slopes.ravel()
+    program.a_matrix_.start_ = slopes.indptr
+    program.a_matrix_.index_ = slopes.indices
+    program.a_matrix_.value_ = slopes.data
     solver.passModel(program)
     return solver

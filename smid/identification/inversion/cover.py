@@ -11,6 +11,7 @@ Reference: Jaulin, Kieffer, Didrit and Walter, Applied Interval Analysis, Spring
 from __future__ import annotations
 
 import heapq
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import count
@@ -20,7 +21,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import TINY
 from smid.identification.inversion.contraction import Contraction, contracted
-from smid.identification.inversion.record import Record
+from smid.identification.inversion.record import LINKS, Record
 
 HEAVIEST = 5
 """Samples that are said to carry a proof."""
@@ -86,8 +87,9 @@ class Cover:
         self.points: list[Array] = []
         self.contracted = 0
         width = self.root.upper - self.root.lower
-        free = np.flatnonzero((width > 0) & np.isfinite(width))
-        self._free, self._targets = free.tolist(), free[free < len(record.tape.parameters)]
+        free = (width > 0) & np.isfinite(width)
+        self._groups, self._free = record.groups(free), np.flatnonzero(free[: record.count]).tolist()
+        self._targets = np.flatnonzero(free[: len(record.tape.parameters)])
         self._open: list[tuple[float, int, Box]] = []
         self._closed: list[Box] = []
         self._number = count()
@@ -112,12 +114,13 @@ class Cover:
     @property
     def inner(self) -> tuple[Array, Array]:
         """The ends of the verified points; empty where there is none."""
-        points = np.array(self.points).reshape(-1, len(self.record.names))
+        points = np.array(self.points).reshape(-1, self.record.count)
         return points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
 
     def add(self, point: Array) -> bool:
         """Keep a point that is verified to fit, and return whether it is."""
-        point = np.clip(point, self.record.lower, self.record.upper)
+        own = slice(self.record.count)
+        point = np.clip(point[own], self.record.lower[own], self.record.upper[own])
         fits = self.record.fits(point)
         self.points += [point] if fits else []
         return fits
@@ -156,7 +159,7 @@ class Cover:
     def _contract(self, box: Box) -> None:
         for _ in range(_PASSES):
             lower, upper = box.left
-            found = contracted(self.record.rows(lower, upper), lower, upper, self._free)
+            found = contracted(self.record.rows(lower, upper), lower, upper, self._groups)
             self.contracted += 1
             box.contractions.append(found)
             if found.empty:
@@ -184,9 +187,7 @@ class Cover:
                 return
         widest = self._best(lower, upper)
         if widest is not None:
-            # Near its middle at zero rather: there models divide, and signs change.
-            middle = float(0.5 * lower[widest] + 0.5 * upper[widest])
-            yield from _cut(box, widest, 0.0 if abs(middle) <= 0.25 * (upper[widest] - lower[widest]) else middle)
+            yield from _cut(box, widest, _middle(float(lower[widest]), float(upper[widest])))
 
     def _best(self, lower: Array, upper: Array) -> int | None:
         """Return the unknown whose halving makes the rows say most; None where all are too narrow to be halved."""
@@ -201,6 +202,15 @@ class Cover:
             if said > most:
                 best, most = k, said
         return best
+
+
+def _middle(low: float, high: float) -> float:
+    """Return where to halve: of numbers of one sign, by their order of magnitude."""
+    if low > 0 or high < 0:
+        return math.copysign(math.sqrt(abs(low)) * math.sqrt(abs(high)), low)
+    # Near the middle at zero rather: there models divide, and signs change.
+    middle = 0.5 * low + 0.5 * high
+    return 0.0 if abs(middle) <= 0.25 * (high - low) else middle
 
 
 def _cut(box: Box, k: int, value: float) -> Iterator[Box]:
@@ -223,9 +233,11 @@ def heaviest(cover: Cover) -> tuple[tuple[int, int, float], ...]:
         if box.empty:
             proof = box.contractions[-1].proof[-1]
             size = np.abs(proof.values) / np.abs(proof.values).sum()
-            for (anchor, e, _, sample), share in zip(proof.sources.tolist(), size.tolist(), strict=True):
-                if anchor >= 0:
-                    shares[e, sample] = shares.get((e, sample), 0.0) + share
+            for (anchor, part, _, sample), share in zip(proof.sources.tolist(), size.tolist(), strict=True):
+                if 0 <= anchor < LINKS:
+                    piece = cover.record.cut.parts[part]
+                    place = piece.experiment, piece.first + sample
+                    shares[place] = shares.get(place, 0.0) + share
     total = sum(shares.values())
     most = sorted(shares, key=shares.__getitem__, reverse=True)[:HEAVIEST]
     return tuple((e, sample, shares[e, sample] / total) for e, sample in most)

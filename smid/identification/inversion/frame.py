@@ -126,13 +126,13 @@ class Frame:
         defect = np.abs(np.eye(count) - basis @ inverse) + 4 * count * EPSILON * (np.abs(basis) @ np.abs(inverse))
         return Frame(origin, inverse, basis, (defect @ half) * _UP + TINY, -reach, reach)
 
-    def write(self, forms: Array, middle: Array, half: Array) -> None:
-        """Write the forms of the unknowns over a box of the coordinates."""
-        count = len(middle)
-        forms[:, CENTRE] = self.origin + self.basis @ middle
-        forms[:, SLOPES : SLOPES + count] = self.basis * half
-        size = np.abs(self.origin) + np.abs(self.basis) @ (np.abs(middle) + half)
-        forms[:, RADIUS] = (self.slack + 4 * (count + 2) * EPSILON * size) * _UP
+    def write(self, forms: Array, middle: Array, half: Array, which: Index) -> None:
+        """Write the forms of some unknowns over a box of as many coordinates, on which alone they depend."""
+        count, basis = len(which), self.basis[np.ix_(which, which)]
+        forms[:, CENTRE] = self.origin[which] + basis @ middle
+        forms[:, SLOPES : SLOPES + count] = basis * half
+        size = np.abs(self.origin[which]) + np.abs(basis) @ (np.abs(middle) + half)
+        forms[:, RADIUS] = (self.slack[which] + 4 * (count + 2) * EPSILON * size) * _UP
         reach = (np.abs(forms[:, SLOPES : SLOPES + count]).sum(axis=1) + forms[:, RADIUS]) * _UP
         forms[:, LOW] = forms[:, CENTRE] - reach - EPSILON * np.abs(forms[:, CENTRE])
         forms[:, HIGH] = forms[:, CENTRE] + reach + EPSILON * np.abs(forms[:, CENTRE])

@@ -147,9 +147,19 @@ def _fold(forms: Array, symbol: int) -> None:
 
 
 @compiled
+def _keep(target: Array, to: int, forms: Array, a: int) -> None:
+    """Write a form into another array, with what it has of further symbols in its radius."""
+    left, width = forms[a, RADIUS], forms.shape[1]
+    for symbol in range(target.shape[1], width):
+        left += abs(forms[a, symbol])
+    copy(target, to, forms, a)
+    target[to, RADIUS] = left * (1.0 + (width - target.shape[1] + 4) * EPSILON)
+
+
+@compiled
 def enclose_run(
     tape: tuple[Index, Index, Array, Index, Mask, Index, Index],
-    places: tuple[Index, Index, Index, Index],
+    places: tuple[Index, Index, Index, Index, Index],
     start: Array,
     data: Array,
     noise: Array,
@@ -159,6 +169,7 @@ def enclose_run(
     defined_only: bool,
     outputs: Array,
     bounded: Array,
+    linked: Array,
 ) -> None:
     """Write the forms of all measured outputs over a box.
 
@@ -168,7 +179,8 @@ def enclose_run(
         What :class:`.tape.Tape` calls once, each, numbers, defined, remembered, first and rows.
     places
         For each signal and sample which unknown the initial sample is, `ZERO` or `NO_SAMPLE`; for each measured
-        output the place of its channel, and of its state (-1: not shown as it is); the form of each constraint.
+        output the place of its channel, and of its state (-1: not shown as it is); the form of each constraint; the
+        signals and samples whose forms are linked.
     start
         The forms of the unknowns, shape (unknowns, 4 + unknowns + kept).
     data, noise
@@ -183,9 +195,11 @@ def enclose_run(
         Shape (measured outputs, n, 4 + unknowns). Each form is zero where the model fits the sample.
     bounded
         Shape (constraints, 4 + unknowns).
+    linked
+        Shape (links, 4 + unknowns).
     """
     once, each, numbers, defined, remembered, first, rows = tape
-    initial, row_channels, row_signals, constraints = places
+    initial, row_channels, row_signals, constraints, links = places
     unknowns, signals, n = start.shape[0], defined.shape[0], data.shape[1]
     width = start.shape[1]
     forms = np.zeros((numbers.shape[0], width))
@@ -216,12 +230,7 @@ def enclose_run(
                 signal += 1
         # Keep the rows.
         for k in range(rows.shape[0]):
-            form = rows[k]
-            left = forms[form, RADIUS]
-            for symbol in range(SLOPES + unknowns, width):
-                left += abs(forms[form, symbol])
-            copy(outputs[k], now, forms, form)
-            outputs[k, now, RADIUS] = left * (1.0 + (kept + 4) * EPSILON)
+            _keep(outputs[k], now, forms, rows[k])
             # The state lies within the noise bound of its measurement.
             own, value = row_signals[k], data[row_channels[k], now]
             if own >= 0 and math.isfinite(value) and now >= first[own]:
@@ -232,6 +241,9 @@ def enclose_run(
                 forms[state, HIGH] = min(
                     forms[state, HIGH], value + reach * (1.0 + 4.0 * EPSILON) + EPSILON * abs(value)
                 )
+        for k in range(links.shape[0]):
+            if links[k, 1] == now:
+                _keep(linked, k, forms, defined[links[k, 0]])
         # Remember: each radius becomes a symbol.
         for signal in range(signals):
             if remembered[signal]:

@@ -135,9 +135,9 @@ class Inverted:
         if claim is None or found.enclosure is None:
             return found
         if found.reason is Reason.EMPTY:
-            # The checker knows the bounds of hidden signals at their first samples only.
+            # Its arithmetic is not the search's: a proof that hangs by a rounding may fail.
             Path(file).unlink(missing_ok=True)
-            self._not_written = " No certificate is written: the proof reads bounds of hidden signals, and no file can."
+            self._not_written = " No certificate is written: the checker's arithmetic does not prove it."
             return found
         intervals = tuple(
             replace(i, lower=low, upper=high, from_box=(low <= p.lower, high >= p.upper))
@@ -156,8 +156,8 @@ class Inverted:
         near = nearest_witness(enclosure)
         if any(self.record.fits(np.concatenate([centre, point[len(centre) :]])) for point in self.cover.points):
             return CentreStatus.FEASIBLE, None
-        free = np.flatnonzero(np.isfinite(upper - lower) & (lower < upper)).tolist()
-        found = contracted(self.record.rows(lower, upper), lower, upper, free)
+        groups = self.record.groups(np.isfinite(upper - lower) & (lower < upper))
+        found = contracted(self.record.rows(lower, upper), lower, upper, groups)
         if found.inside is not None and self.record.fits(found.inside):
             return CentreStatus.FEASIBLE, None
         return (CentreStatus.INFEASIBLE if found.empty else CentreStatus.UNDECIDED), near

@@ -33,7 +33,7 @@ def unknowns_of(record: Record, problem: Fitting, vector: Array) -> Array:
     """Return the unknowns of a fitted run: its parameters, and its initial samples of the states."""
     fit = problem.result(vector, 0.0)
     unknowns = [fit.model.values.get(p.name, p.lower) for p in record.model.parameters]
-    for inputs, initial, table in zip(problem.inputs, fit.initial, record.initial, strict=True):
+    for inputs, initial, piece in zip(problem.inputs, fit.initial, record.cut.wholes, strict=True):
         signals, _ = problem.run.run(inputs, fit.model.values, initial, jacobian=False)
-        unknowns += [float(signals[record.tape.signals[k]][now]) for k, now in np.argwhere(table >= 0).tolist()]
-    return np.clip(unknowns, record.lower, record.upper)
+        unknowns += [float(signals[record.tape.signals[k]][now]) for k, now in np.argwhere(piece.initial >= 0).tolist()]
+    return np.clip(unknowns, record.lower[: record.count], record.upper[: record.count])

@@ -4,22 +4,27 @@ The unknowns are the parameters, and for each experiment the samples of the stat
 computes. A measured state begins at its measurement, within the noise bound. A hidden signal with bounds counts as
 measured. A free run is enclosed over the box
 (:mod:`.free_run`), so every sample states a linear inequality in the unknowns, with what is left over as a radius.
+
+A record with hidden states is cut into pieces (:mod:`.pieces`), each with initial samples of its own. Further rows say
+that the run of a piece ends where the next one begins.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import sparse
 
 from relaxations.algebra.affine_arithmetic import CENTRE, HIGH, LOW, RADIUS, SLOPES
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from smid.data import Dataset
 from smid.identification.inversion.frame import Frame, middle_and_half, static_curves
-from smid.identification.inversion.free_run import NO_SAMPLE, ZERO, enclose_run
+from smid.identification.inversion.free_run import enclose_run
+from smid.identification.inversion.pieces import Piece, Pieces
 from smid.identification.inversion.tape import tape_of
 from smid.models import Measurement, Model
 from smid.models.running import at_sampling_time
@@ -33,6 +38,12 @@ ANCHORS = (np.inf, 1.0)
 
 CONSTRAINT, PRIOR = -1, -2
 """In place of an anchor: the row is a constraint of the model, or the box of an unknown."""
+
+LENGTH = 10
+"""Samples of a piece, if states are hidden. Longer ones say more over small boxes, shorter ones over large boxes."""
+
+LINKS = len(ANCHORS)
+"""Added to an anchor: the row says that a piece ends where the next one begins."""
 
 _UNKNOWN = 1e12
 _UP = 1 + 64 * EPSILON  # covers the sums below
@@ -49,14 +60,15 @@ class Rows:
     slopes
         Shape (n, unknowns).
     sources
-        Shape (n, 4). Place of the anchor, experiment, measured output, sample; or `CONSTRAINT` or `PRIOR`, 0, which, 0.
+        Shape (n, 4). Place of the anchor, piece, measured output, sample of the piece; `LINKS` more than the anchor,
+        piece, signal, sample; or `CONSTRAINT` or `PRIOR`, 0, which, 0.
     impossible
         A row that no unknowns of the box keep; -1: none.
     """
 
     centre: Array
     radius: Array
-    slopes: Array
+    slopes: sparse.csr_array
     sources: Index
     impossible: int
 
@@ -65,13 +77,37 @@ class Rows:
         return Rows(self.centre[kept], self.radius[kept], self.slopes[kept], self.sources[kept], -1)
 
 
+@dataclass(frozen=True)
+class Group:
+    """Unknowns, and the pieces whose rows bound them; None: all."""
+
+    unknowns: tuple[int, ...]
+    pieces: tuple[int, ...] | None
+
+
 @dataclass(frozen=True, eq=False)
 class _Forms:
-    """Forms of the measured outputs of one experiment, shape (n, width), with output and sample; of the constraints."""
+    """Forms of the measured outputs of a piece, with output and sample; of the constraints; of what is linked."""
 
     outputs: Array
     places: Index
     constraints: Array
+    linked: Array
+
+
+@dataclass(frozen=True, eq=False)
+class _Block:
+    """Forms that are zero somewhere in their enclosure, the unknowns that their slopes are of, and their sources."""
+
+    forms: Array
+    unknowns: Index
+    sources: Index
+
+    @staticmethod
+    def of(forms: Array, unknowns: Index, anchor: int, piece: int, places: Index) -> _Block:
+        count = len(forms)
+        sources = np.column_stack([np.full(count, anchor), np.full(count, piece), places])
+        return _Block(forms, np.broadcast_to(unknowns, (count, len(unknowns))), sources)
 
 
 class Record:
@@ -85,11 +121,9 @@ class Record:
     Attributes
     ----------
     names
-        Of the unknowns, the parameters first.
+        Of the unknowns, the parameters first, then the initial samples of the experiments.
     lower, upper
         What is known of the unknowns beforehand, shape (unknowns,).
-    initial
-        Per experiment, shape (signals, samples): which unknown each initial sample is, `ZERO` or `NO_SAMPLE`.
 
     Raises
     ------
@@ -106,86 +140,90 @@ class Record:
         self._noise = np.array(
             [noise.get(name, 0.0) if seen else 0.0 for name, seen in zip(tape.channels, tape.seen, strict=True)]
         )
-        self._data = [np.array([values[name] for name in tape.channels]) for values in runs]
         self._outputs = tape.shown
         self._shown = np.array([tape.signals.index(own) for _, own in tape.measured], dtype=np.int64)
         as_it_is = np.array([plain.get(own) == channel for channel, own in tape.measured], dtype=bool)
         self._states = np.where(as_it_is, self._shown, -1)
-        # The unknowns: parameters, and initial samples of states.
-        names, ends = [p.name for p in model.parameters], [(p.lower, p.upper) for p in model.parameters]
-        self.initial = []
-        for run, values in zip(data.experiments, runs, strict=True):
-            table = np.full((len(tape.signals), max(int(tape.first.max(initial=0)), 1)), NO_SAMPLE)
-            for k in np.flatnonzero(tape.states):
-                name = tape.signals[k]
-                for now in range(tape.first[k]):
-                    table[k, now] = ZERO if tape.clocks[k] else len(names)
-                    if tape.clocks[k]:
-                        continue
-                    names.append(f"{name}[{now}]" if len(data.experiments) == 1 else f"{name}[{now}] of {run.name}")
-                    measured = values[plain[name]][now] if name in plain else np.nan
-                    reach = noise.get(plain.get(name, ""), 0.0)
-                    around = (np.nextafter(measured - reach, -np.inf), np.nextafter(measured + reach, np.inf))
-                    ends.append(around if np.isfinite(measured) else (-np.inf, np.inf))
-            self.initial.append(table)
-        self._there = [self._stated(e) for e in range(len(self._data))]
-        self.names = tuple(names)
-        self.lower, self.upper = (np.array(end, dtype=np.float64) for end in zip(*ends, strict=True))
-        self.frame: Frame | None = None
 
-    def _stated(self, e: int) -> Mask:
-        """Return of which samples of an experiment each measured output says something, shape (outputs, n)."""
-        there: Mask = np.isfinite(self._data[e][self._outputs])
-        # Before its first sample the model says nothing, but for the states that begin there.
-        for own, place in zip(there, self._shown, strict=True):
-            first = self.tape.first[place]
-            own[:first] &= (self.initial[e][place] != NO_SAMPLE)[:first][: len(own)]
-        return there
+        def start(e: int, name: str, now: int) -> tuple[str, tuple[float, float]]:
+            run, channel = data.experiments[e].name, plain.get(name)
+            shown = f"{name}[{now}]" if len(data.experiments) == 1 else f"{name}[{now}] of {run}"
+            value = runs[e][channel][now] if channel else np.nan
+            if not np.isfinite(value):
+                return shown, (-np.inf, np.inf)
+            reach = noise.get(channel or "", 0.0)
+            return shown, (float(np.nextafter(value - reach, -np.inf)), float(np.nextafter(value + reach, np.inf)))
+
+        values = [np.array([own[name] for name in tape.channels]) for own in runs]
+        boxes = [(p.lower, p.upper) for p in model.parameters]
+        # A state that is measured says itself where a run is; a clock tells the time from the first sample on.
+        measured = {m.signal for m in self.model.measurements if m.inverse is None}
+        hidden = [k for k in np.flatnonzero(tape.states) if tape.signals[k] not in measured]
+        length = max(LENGTH, 4 * int(tape.first.max(initial=0))) if hidden and not tape.clocks.any() else 0
+        self.cut = Pieces.of(tape, values, boxes, start, length)
+        self.names, self.lower, self.upper = self.cut.names, self.cut.lower, self.cut.upper
+        self.frame: Frame | None = None
 
     def rows(self, lower: Array, upper: Array) -> Rows:
         """Return what the record states about a box, but for rows that hold anywhere in it or say nothing."""
-        parts = [self._rows_of(e, a, lower, upper) for a in range(len(ANCHORS)) for e in range(len(self._data))]
-        forms = np.concatenate([forms for forms, _ in parts])
-        sources = np.concatenate([sources for _, sources in parts])
-        reach = np.abs(forms[:, SLOPES:]).sum(axis=1)
-        impossible = np.flatnonzero((forms[:, LOW] > 0) | (forms[:, HIGH] < 0))
+        blocks = [
+            block
+            for a in range(len(ANCHORS))
+            for place in range(len(self.cut.parts))
+            for block in self._said(place, a, lower, upper)
+        ]
+        ends = np.concatenate([block.forms[:, :SLOPES] for block in blocks])
+        sources = np.concatenate([block.sources for block in blocks])
+        counts = np.concatenate([[0], *(np.full(len(b.forms), b.unknowns.shape[1]) for b in blocks)]).astype(np.int64)
+        slopes = sparse.csr_array(
+            (
+                np.concatenate([block.forms[:, SLOPES:].ravel() for block in blocks]),
+                np.concatenate([block.unknowns.ravel() for block in blocks]),
+                np.cumsum(counts),
+            ),
+            shape=(len(ends), len(lower)),
+        )
+        reach = np.asarray(abs(slopes).sum(axis=1))
+        impossible = np.flatnonzero((ends[:, LOW] > 0) | (ends[:, HIGH] < 0))
         with np.errstate(invalid="ignore"):
-            useful = np.isfinite(forms[:, RADIUS]) & (np.abs(forms[:, CENTRE]) + reach > forms[:, RADIUS])
-        if len(impossible):
-            useful[:] = False
-            useful[impossible[0]] = True
-        kept = forms[useful]
-        return Rows(kept[:, CENTRE], kept[:, RADIUS], kept[:, SLOPES:], sources[useful], 0 if len(impossible) else -1)
+            useful = np.isfinite(ends[:, RADIUS]) & (np.abs(ends[:, CENTRE]) + reach > ends[:, RADIUS])
+        kept = impossible[:1] if len(impossible) else np.flatnonzero(useful)
+        found = Rows(ends[:, CENTRE], ends[:, RADIUS], slopes, sources, -1).where(kept)
+        return replace(found, impossible=0) if len(impossible) else found
 
     def knowledge(self, lower: Array, upper: Array) -> float:
         """Return how much the rows of a box say: minus the sum of the logarithms of their radii, cut at `_UNKNOWN`."""
-        return -float(np.log(np.clip(self._radii(lower, upper), TINY, _UNKNOWN)).sum())
+        runs = [self._run(piece, a, lower, upper) for a in range(len(ANCHORS)) for piece in self.cut.parts]
+        radii = np.concatenate([forms[:, RADIUS] for run in runs for forms in (run.outputs, run.linked)])
+        return -float(np.log(np.clip(radii, TINY, _UNKNOWN)).sum())
 
     def says_nothing(self, lower: Array, upper: Array) -> bool:
         """Return whether nothing is known over a box of any output that the model computes."""
         first = self.tape.first[self._shown]
-        for e in range(len(self._data)):
-            found = self._run(e, 0, lower, upper)
+        for piece in self.cut.parts:
+            found = self._run(piece, 0, lower, upper)
             computed = found.places[:, 1] >= first[found.places[:, 0]]
             if not computed.any() or np.isfinite(found.outputs[computed, RADIUS]).any():
                 return False
         return True
-
-    def _radii(self, lower: Array, upper: Array) -> Array:
-        parts = [self._run(e, a, lower, upper).outputs for a in range(len(ANCHORS)) for e in range(len(self._data))]
-        return np.concatenate([forms[:, RADIUS] for forms in parts])
 
     def fits(self, point: Array) -> bool:
         """Return whether a point is verified to fit every sample.
 
         With the noise bound added to the measurement, the form of an output is not positive, and with the bound
         subtracted not negative. So by continuity it is zero for a noise between. And every operation is defined.
+
+        Parameters
+        ----------
+        point
+            The parameters and the initial samples of the experiments; further ones are not read.
         """
-        if np.any(point < self.lower) or np.any(point > self.upper):
+        own = slice(self.count)
+        if np.any(point[own] < self.lower[own]) or np.any(point[own] > self.upper[own]):
             return False
-        for e in range(len(self._data)):
+        for piece in self.cut.wholes:
             for sign in (-1.0, 1.0):
-                found = self._run(e, 0, point, point, sign)
+                found = self._run(piece, 0, point, point, sign)
                 forms = found.outputs
                 reach = (np.abs(forms[:, SLOPES:]).sum(axis=1) + forms[:, RADIUS]) * _UP
                 # A sensor's curve may fall.
@@ -200,40 +238,59 @@ class Record:
                 return False
         return True
 
-    def _rows_of(self, e: int, a: int, lower: Array, upper: Array) -> tuple[Array, Index]:
-        """Return forms that are zero somewhere in their enclosure, and where they come from."""
-        found = self._run(e, a, lower, upper)
-        count = len(found.outputs)
-        sources = np.column_stack([np.full(count, a), np.full(count, e), found.places])
-        if e or a:
-            return found.outputs, sources
-        # A form that is not negative, and at most its own largest value, is within half of that of its half.
-        forms = found.constraints.copy()
-        most = forms[:, HIGH].copy()
-        forms[:, CENTRE] -= 0.5 * most
-        forms[:, RADIUS] = (forms[:, RADIUS] + 0.5 * np.abs(most)) * _UP + EPSILON * np.abs(forms[:, CENTRE])
-        forms[:, LOW] = np.where(most < 0, 1.0, -np.inf)
-        forms[:, HIGH] = np.inf
-        own = self._prior(lower, upper)
-        places = np.zeros((len(forms) + len(own), 4), dtype=np.int64)
-        places[:, 0] = np.repeat([CONSTRAINT, PRIOR], [len(forms), len(own)])
-        places[:, 2] = np.concatenate([np.arange(len(forms)), np.arange(len(own))])
-        return np.concatenate([found.outputs, forms, own]), np.concatenate([sources, places])
+    def groups(self, free: Mask) -> tuple[Group, ...]:
+        """Return those unknowns that are free: what a piece begins with is bounded by the pieces around it."""
+        parts, found = self.cut.parts, []
+        before = {piece.follows: k for k, piece in enumerate(parts) if piece.follows >= 0}
+        for k, piece in enumerate(parts):
+            own = piece.unknowns[len(self.tape.parameters) :]
+            if k in before:
+                near = [j for j in (before[k], k, piece.follows) if j >= 0]
+                found.append(Group(tuple(own[free[own]].tolist()), tuple(near)))
+        return *found, Group(tuple(np.flatnonzero(free[: self.count]).tolist()), None)
 
-    def _prior(self, lower: Array, upper: Array) -> Array:
-        """Return forms that are zero somewhere in their enclosure where the unknowns keep their boxes."""
-        if self.frame is None:
-            return np.zeros((0, SLOPES + len(lower)))
-        forms = self._start(lower, upper, True)[:, : SLOPES + len(lower)]
-        middle, half = middle_and_half(self.lower, self.upper)
-        forms[:, CENTRE] -= middle
-        forms[:, RADIUS] = (forms[:, RADIUS] + half + EPSILON * (np.abs(forms[:, CENTRE]) + np.abs(middle))) * _UP
-        forms[:, LOW], forms[:, HIGH] = -np.inf, np.inf
-        return forms
+    @property
+    def count(self) -> int:
+        """The number of parameters and initial samples of the experiments."""
+        return len(self.tape.parameters) + sum(int((piece.initial >= 0).sum()) for piece in self.cut.wholes)
 
-    def _run(self, e: int, a: int, lower: Array, upper: Array, shift: float = 0.0) -> _Forms:
+    def _said(self, place: int, a: int, lower: Array, upper: Array) -> Iterator[_Block]:
+        """Yield what a run states: of the outputs, of the start of the next piece, and once of the unknowns alone."""
+        piece = self.cut.parts[place]
+        found = self._run(piece, a, lower, upper)
+        yield _Block.of(found.outputs, piece.unknowns, a, place, found.places)
+        if len(piece.links):
+            # What the run gives, less what the next piece begins with.
+            there = piece.links[:, 2]
+            forms, begins = found.linked, self._start(lower, upper, there, True)
+            forms[:, CENTRE] -= begins[:, CENTRE]
+            forms[:, RADIUS] = (forms[:, RADIUS] + begins[:, RADIUS] + EPSILON * np.abs(forms[:, CENTRE])) * _UP
+            forms[:, LOW] = np.nextafter(forms[:, LOW] - begins[:, HIGH], -np.inf)
+            forms[:, HIGH] = np.nextafter(forms[:, HIGH] - begins[:, LOW], np.inf)
+            forms = np.column_stack([forms, -begins[:, SLOPES : SLOPES + len(there)]])
+            yield _Block.of(forms, np.concatenate([piece.unknowns, there]), LINKS + a, place, piece.links[:, :2])
+        if a == place == 0:
+            # A form that is not negative, and at most its own largest value, is within half of that of its half.
+            forms = found.constraints.copy()
+            most = forms[:, HIGH].copy()
+            forms[:, CENTRE] -= 0.5 * most
+            forms[:, RADIUS] = (forms[:, RADIUS] + 0.5 * np.abs(most)) * _UP + EPSILON * np.abs(forms[:, CENTRE])
+            forms[:, LOW] = np.where(most < 0, 1.0, -np.inf)
+            forms[:, HIGH] = np.inf
+            yield _Block.of(forms, piece.unknowns, CONSTRAINT, 0, _numbered(len(forms)))
+            if self.frame is not None:
+                every = np.arange(len(lower))
+                forms = self._start(lower, upper, every, True)[:, : SLOPES + len(every)]
+                middle, half = middle_and_half(self.lower, self.upper)
+                forms[:, CENTRE] -= middle
+                size = np.abs(forms[:, CENTRE]) + np.abs(middle)
+                forms[:, RADIUS] = (forms[:, RADIUS] + half + EPSILON * size) * _UP
+                forms[:, LOW], forms[:, HIGH] = -np.inf, np.inf
+                yield _Block.of(forms, every, PRIOR, 0, _numbered(len(forms)))
+
+    def _run(self, piece: Piece, a: int, lower: Array, upper: Array, shift: float = 0.0) -> _Forms:
         """Return the forms over a box; with a shift, for outputs that are exact and so many noise bounds larger."""
-        tape, data, noise, states = self.tape, self._data[e], self._noise, self._states
+        tape, data, noise, states = self.tape, piece.data, self._noise, self._states
         if shift:
             moved = np.zeros(len(noise))
             moved[self._outputs] = noise[self._outputs]
@@ -241,13 +298,13 @@ class Record:
             data, states = data + shift * moved[:, None], np.full_like(states, -1)
             noise = np.where(moved > 0, EPSILON * np.nanmax(np.abs(data), axis=1, initial=0.0), 0.0)  # of the sum above
         # A point, for which alone data are shifted, is one of the unknowns themselves.
-        start = self._start(lower, upper, not shift)
-        width = SLOPES + len(self.lower)
+        start = self._start(lower, upper, piece.unknowns, not shift)
+        width = SLOPES + len(piece.unknowns)
         outputs = np.zeros((len(tape.rows), data.shape[1], width))
-        constraints = np.zeros((len(tape.constraints), width))
+        constraints, linked = np.zeros((len(tape.constraints), width)), np.zeros((len(piece.links), width))
         enclose_run(
             (tape.once, tape.each, tape.numbers, tape.defined, tape.remembered, tape.first, tape.rows),
-            (self.initial[e], self._outputs, states, tape.constraints),
+            (piece.initial, self._outputs, states, tape.constraints, piece.links),
             start,
             data,
             noise,
@@ -257,9 +314,9 @@ class Record:
             bool(shift),
             outputs,
             constraints,
+            linked,
         )
-        there = self._there[e]
-        return _Forms(outputs[there], np.argwhere(there), constraints)
+        return _Forms(outputs[piece.said], np.argwhere(piece.said), constraints, linked)
 
     @property
     def loose(self) -> tuple[str, ...]:
@@ -288,20 +345,25 @@ class Record:
         other.frame = Frame.of(self.lower, self.upper, curves)
         return other
 
-    def _start(self, lower: Array, upper: Array, framed: bool) -> Array:
-        """Return the forms of the unknowns over a box, of the coordinates where it is framed."""
-        count = len(lower)
+    def _start(self, lower: Array, upper: Array, which: Index, framed: bool) -> Array:
+        """Return the forms of some unknowns over a box, of the coordinates where it is framed."""
+        count = len(which)
         forms = np.zeros((count, SLOPES + count + KEPT))
-        middle, half = middle_and_half(lower, upper)
+        middle, half = middle_and_half(lower[which], upper[which])
         if self.frame is None or not framed:
-            forms[:, CENTRE], forms[:, RADIUS] = middle, np.where(np.isfinite(upper - lower), 0.0, np.inf)
+            known = np.isfinite(upper[which] - lower[which])
+            forms[:, CENTRE], forms[:, RADIUS] = middle, np.where(known, 0.0, np.inf)
             forms[np.arange(count), SLOPES + np.arange(count)] = half
-            forms[:, LOW], forms[:, HIGH] = lower, upper
+            forms[:, LOW], forms[:, HIGH] = lower[which], upper[which]
         else:
-            self.frame.write(forms, middle, half)
-            forms[:, LOW] = np.maximum(forms[:, LOW], self.lower)
-            forms[:, HIGH] = np.minimum(forms[:, HIGH], self.upper)
+            self.frame.write(forms, middle, half, which)
+            forms[:, LOW] = np.maximum(forms[:, LOW], self.lower[which])
+            forms[:, HIGH] = np.minimum(forms[:, HIGH], self.upper[which])
         return forms
+
+
+def _numbered(count: int) -> Index:
+    return np.column_stack([np.arange(count), np.zeros(count, dtype=np.int64)])
 
 
 def _with_bounds_measured(

@@ -328,7 +328,7 @@ def test_the_commands_check_and_verify(tank, tmp_path, capsys) -> None:
     assert "verified: the proof holds, and its 29 equations are those of the model" in result.output
 
 
-def test_bounds_of_a_hidden_state_are_stated_and_compared(tmp_path, monkeypatch) -> None:
+def test_bounds_of_a_hidden_state_are_stated_and_compared(tmp_path) -> None:
     lines = ["v[t] = a*v[t-1] + u[t-1]", "x[t] = 0.5*x[t-1] + 0.3*sin(v[t-1])"]
     model = OwnModel(lines, {"y": "x"}, ["u"], {"a": (0.1, 0.9)}).bound(v=(-3.0, 3.0))
     generator = np.random.default_rng(0)
@@ -345,12 +345,25 @@ def test_bounds_of_a_hidden_state_are_stated_and_compared(tmp_path, monkeypatch)
     for other in (model.bound(v=(-2.0, 2.0)), replace(model, bounds={})):
         with pytest.raises(ModelError, match="bounds of 'v'"):
             verify(file, data, other, BOUND)
-    monkeypatch.setattr("smid.identification.inversion.certificate._HALVINGS", 3)
-    with pytest.raises(EmptyFeasibleSetError, match="No certificate is written"):  # v leaves the bounds later
-        identify(model.bound(v=(-0.5, 0.5)), data, BOUND, certificate=tmp_path / "empty.json")
-    assert not (tmp_path / "empty.json").exists()
+    narrow = model.bound(v=(-0.5, 0.5))  # v leaves these later
+    with pytest.raises(EmptyFeasibleSetError):
+        identify(narrow, data, BOUND, certificate=tmp_path / "empty.json")
+    verify(tmp_path / "empty.json", data, narrow, BOUND)
+    with pytest.raises(ModelError, match="bounds of 'v'"):
+        verify(tmp_path / "empty.json", data, model, BOUND)
+    # No other piece begins at the sample that a forged link names.
     content = json.loads(file.read_text())
-    content["initial"][0][3:] = [0, 0]
+    assert len(content["pieces"]) > 1
+    forged = json.loads(file.read_text())
+    rows = next(
+        step["rows"] for box in forged["boxes"] for step in box["passes"] if any(r[0] > 1 for r in step["rows"])
+    )
+    place = next(k for k, row in enumerate(rows) if row[0] > 1)
+    rows[place][3] -= 1
+    (tmp_path / "forged.json").write_text(json.dumps(forged))
+    with pytest.raises(NotProvenError, match=f"nothing is known of row {place}"):
+        verify(tmp_path / "forged.json", data, model, BOUND)
+    content["initial"].append([0, "v", 0, 0, 0])
     file.write_text(json.dumps(content))
     with pytest.raises(NotProvenError):
         verify(file, data, model, BOUND)

@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy import sparse
 from scipy.optimize import linprog
 
 from smid.identification.inversion.contraction import NOTHING, Program, contracted
-from smid.identification.inversion.record import Rows
+from smid.identification.inversion.record import Group, Rows
+
+ALL = [Group((0, 1, 2), None)]
 
 
 def random_rows(rng, count, unknowns, around=None):
@@ -16,16 +19,17 @@ def random_rows(rng, count, unknowns, around=None):
     if around is not None:
         centre = -slopes @ around + rng.uniform(-1, 1, count) * radius
     sources = np.column_stack([np.zeros((count, 3), dtype=np.int64), np.arange(count)])
-    return Rows(centre, radius, slopes, sources, -1)
+    return Rows(centre, radius, sparse.csr_array(slopes), sources, -1)
 
 
 def least(rows, k, sign):
     """Return the least ``sign e_k`` by scipy; None where no point keeps the rows."""
-    cost = np.zeros(rows.slopes.shape[1])
+    slopes = rows.slopes.toarray()
+    cost = np.zeros(slopes.shape[1])
     cost[k] = sign
-    size = np.abs(rows.slopes).max(axis=1)
+    size = np.abs(slopes).max(axis=1)
     sides = np.concatenate([(rows.radius - rows.centre) / size, (rows.radius + rows.centre) / size])
-    slopes = rows.slopes / size[:, None]
+    slopes /= size[:, None]
     found = linprog(cost, np.vstack([slopes, -slopes]), sides, bounds=[(-1, 1)] * len(cost))
     return found.fun if found.status == 0 else None
 
@@ -54,7 +58,7 @@ def test_a_box_is_contracted_to_what_a_linear_program_leaves(seed: int) -> None:
     rng = np.random.default_rng([seed, 2])
     centre, half = rng.normal(size=3), 10.0 ** rng.uniform(-4, 2, 3)
     rows = random_rows(rng, 15, 3, around=rng.uniform(-1, 1, 3))
-    found = contracted(rows, centre - half, centre + half, range(3))
+    found = contracted(rows, centre - half, centre + half, ALL)
     assert not found.empty
     expected = [(centre[k] + half[k] * least(rows, k, 1), centre[k] - half[k] * least(rows, k, -1)) for k in range(3)]
     ends = np.column_stack([found.lower, found.upper])
@@ -72,7 +76,7 @@ def test_only_what_holds_no_point_is_proven_empty_and_all_of_it() -> None:
     for _ in range(60):
         rows = random_rows(rng, int(rng.integers(2, 8)), 3)
         has_point = least(rows, 0, 1) is not None
-        found = contracted(rows, -np.ones(3), np.ones(3), range(3))
+        found = contracted(rows, -np.ones(3), np.ones(3), ALL)
         verdicts.append((has_point, found.empty))
         if found.empty and found.proof[-1].unknown == NOTHING:
             assert proven(rows, found.proof[-1]) > 0

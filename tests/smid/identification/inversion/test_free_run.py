@@ -72,7 +72,7 @@ def test_a_simulated_run_keeps_every_row_and_fits(name, seed, symbols, monkeypat
 def test_a_box_of_one_point_encloses_the_run_closely(name):
     record, truth, clean = posed(name, np.random.default_rng(9))
     point = np.array([*truth.values(), *clean[: len(record.names) - 2]])
-    found = record._run(0, 0, point, point)
+    found = record._run(record.cut.wholes[0], 0, point, point)
     measured = record.data.values("y")
     for form, (_, now) in zip(found.outputs, found.places, strict=True):
         assert form[RADIUS] <= 0.1 * (1 + 1e-9)
@@ -98,11 +98,12 @@ def test_a_run_of_rates_keeps_every_row_and_fits(name, scheme, symbols, monkeypa
     for _ in range(3):
         truth = {p.name: float(rng.uniform(p.lower, p.upper)) for p in model.parameters}
         inputs, start = rng.uniform(0.1, 1, N), {"h": 0.5, **({"v": rng.uniform(-0.5, 0.5)} if hidden else {})}
-        clean = simulate(model, {"u": inputs}, truth, {own: [value] for own, value in start.items()})["h"]
-        measured = clean + rng.uniform(-0.05, 0.05, N)
+        clean = simulate(model, {"u": inputs}, truth, {own: [value] for own, value in start.items()})
+        measured = clean["h"] + rng.uniform(-0.05, 0.05, N)
         data = Dataset.from_arrays(input={"u": inputs}, output={"y": measured}, sampling_time=0.1)
         record = Record(model, data, {"y": 0.05})
-        point = np.array([(truth | {f"{own}[0]": value for own, value in start.items()})[own] for own in record.names])
+        states = {f"{own}[{k}]": clean[own][k] for own in start for k in range(N)}
+        point = np.array([(truth | states)[own] for own in record.names])
         assert record.fits(point)
         for share in (1.0, 0.1, 0.001):
             width = record.upper - record.lower

@@ -59,6 +59,38 @@ def test_the_truth_lies_inside_and_every_end_is_met(name):
         assert interval.lower <= interval.inner_lower <= interval.inner_upper <= interval.upper
 
 
+HIDDEN = {
+    "tanks": (
+        ["g[t] = g[t-1] + b*u[t-1] - c*sqrt(g[t-1])", "h[t] = h[t-1] + c*sqrt(g[t-1]) - 0.3*sqrt(h[t-1])"],
+        {"b": (0.05, 0.4), "c": (0.1, 0.6)},
+        {"b": 0.2, "c": 0.25},
+        {"g": (0, 20)},
+    ),
+    "arm": (
+        ["h[t] = h[t-1] + 0.1*v[t-1]", "v[t] = v[t-1] + 0.1*(b*u[t-1] - 3*h[t-1] - d*v[t-1] - c*sign(v[t-1]))"],
+        {"b": (0.1, 10), "c": (0, 2), "d": (0, 2)},
+        {"b": 2.0, "c": 0.3, "d": 0.5},
+        {"v": (-20, 20)},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", HIDDEN)
+def test_what_a_piece_says_of_a_hidden_state_reaches_the_next(name):
+    equations, boxes, truth, hidden = HIDDEN[name]
+    model = OwnModel(equations, {"y": "h"}, ["u"], boxes).bound(**hidden)
+    rng = np.random.default_rng(1)
+    u = np.repeat(rng.uniform(0.5, 3, 12), 5)
+    start = {own: [2.0] for own in ("h", *hidden)}
+    y = simulate(model, {"u": u}, truth, start)["y"] + rng.uniform(-0.01, 0.01, 60)
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=0.2)
+    found = identify(model, data, 0.01, method="inversion", tolerance=0.3, nodes=300)
+    for interval in found:
+        assert interval.lower <= truth[interval.name] <= interval.upper
+        low, high = boxes[interval.name]
+        assert interval.width < 0.15 * (high - low)
+
+
 def test_it_agrees_with_the_lift():
     model = OutputError(1, stable=True).bound(b0=(-5, 5))
     rng = np.random.default_rng(0)
@@ -139,7 +171,7 @@ def test_turned_coordinates_hold_the_same_points():
         assert np.all(frame.lower <= turned)
         assert np.all(turned <= frame.upper)
         forms = np.zeros((4, 8))
-        frame.write(forms, turned, np.zeros(4))
+        frame.write(forms, turned, np.zeros(4), np.arange(4))
         assert np.all(np.abs(forms[:, 0] - point) <= forms[:, 1] + 1e-12 * np.abs(point))
 
 
