@@ -30,6 +30,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import count
 
 import sympy
+from sympy.core.function import Application
 
 from smid.models.parts import Line
 from smid.models.structure import groups
@@ -145,7 +146,9 @@ def _steps(
         targets = {x: signal(x if last else next(names))[t] for x in states}
         for x in states:
             moved = sum((weight * slope[x] for weight, slope in zip(weights, slopes, strict=True)), sympy.Integer(0))
-            yield Line(targets[x], start[x] + sympy.expand(step * moved))
+            # What holds functions stays as it is: written out it would hold them more often, and be enclosed less well.
+            moved = step * moved if moved.has(Application) else sympy.expand(step * moved)
+            yield Line(targets[x], start[x] + moved)
         start = dict(targets)
 
 

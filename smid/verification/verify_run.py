@@ -11,6 +11,7 @@ from relaxations.check.forms import shown_name
 from relaxations.check.runs.read import Document
 from smid.data import Dataset
 from smid.models import Model
+from smid.models.distribute import distributed
 from smid.models.expressions import from_text
 from smid.models.parts import Line
 from smid.models.running import at_sampling_time
@@ -22,7 +23,7 @@ from smid.verification.origin import plain_statement, samples_as_text
 
 def statement_of(model: Model, data: Dataset) -> dict[str, Any]:
     """Return a model (bound to the data) as a run certificate states it."""
-    return plain_statement(at_sampling_time(model, data.sampling_time).discretised())
+    return plain_statement(distributed(at_sampling_time(model, data.sampling_time).discretised()))
 
 
 def check_statement(found: Document, data: Dataset) -> int:

@@ -1,6 +1,7 @@
 """A free run enclosed over a box: what each sample states of the unknowns.
 
-Each unknown of the box is ``mid + half e`` with a symbol e in [-1, 1] of its own. The line of every signal is evaluated
+Each unknown of the box is ``mid + half e`` with a symbol e in [-1, 1] of its own. So is what operations on parameters
+alone leave over, which is the same at every sample. The line of every signal is evaluated
 on forms at one sample after the other. What an operation leaves over goes into a radius; where a signal is remembered,
 its radius becomes a symbol of its own, so that it is known to be the same at the next sample. A symbol stands for one
 number: it is never used again, and where it is older than the kept ones its share goes back into the radius, which is
@@ -45,7 +46,7 @@ Source = tuple[int, int, int, int]
 
 @dataclass(frozen=True)
 class Row:
-    """``low <= sum slope_k e_k <= high`` for the symbols of the unknowns; impossible where no point of the box can."""
+    """``low <= sum slope_k e_k <= high`` for the symbols that all rows share; impossible where no point can."""
 
     slopes: Mapping[int, int]
     low: int
@@ -62,31 +63,40 @@ def rows(stated: Stated, box: list[Range], sources: Iterable[Source]) -> dict[So
         wanted.setdefault((run, source[1]), []).append(source)
     starts = [symbol(*ends, k) for k, ends in enumerate(box)]
     fixed = _fixed(stated, starts)
+    symbols = len(box) + len(stated.tape.shared)
     for (run, piece), own in wanted.items():
         if run == CONSTRAINT:
             for source in own:
                 form = fixed[stated.constraints[source[2]]]
-                found[source] = _row(form, len(box), 0, form.high)
+                found[source] = _row(form, symbols, 0, form.high)
         else:
-            _run(stated, stated.pieces[piece], run == ANCHORED, starts, fixed, own, found)
+            _run(stated, stated.pieces[piece], run == ANCHORED, starts, fixed, symbols, own, found)
     return found
 
 
-def _row(form: Form, unknowns: int, least: int, most: End) -> Row | None:
+def _row(form: Form, symbols: int, least: int, most: End) -> Row | None:
     """Return what follows if the form's number lies between two ends."""
     impossible = form.low > most or form.high < least
     if not (isinstance(form.radius, int) and isinstance(most, int)):
         return Row({}, 0, 0, True) if impossible else None
-    slopes = {k: slope for k, slope in form.slopes.items() if k < unknowns}
-    rest = form.radius + sum(abs(slope) for k, slope in form.slopes.items() if k >= unknowns)
+    slopes = {k: slope for k, slope in form.slopes.items() if k < symbols}
+    rest = form.radius + sum(abs(slope) for k, slope in form.slopes.items() if k >= symbols)
     return Row(slopes, least - form.mid - rest, most - form.mid + rest, impossible)
 
 
 def _fixed(stated: Stated, starts: list[Form]) -> list[Form]:
-    """Return the forms of what parameters alone decide; the others are unknown."""
+    """Return the forms of what parameters alone decide; the others are unknown.
+
+    What an operation leaves over is the same at every sample, so it has a symbol that all rows share.
+    """
     forms: list[Form] = []
     for entry, fixed in zip(stated.tape.entries, stated.tape.fixed, strict=True):
-        forms.append(operate(entry, forms, starts) if fixed else UNKNOWN)
+        form = operate(entry, forms, starts) if fixed else UNKNOWN
+        shared = stated.tape.shared.get(len(forms))
+        if shared is not None and isinstance(form.radius, int):
+            slopes = {**form.slopes, len(starts) + shared: form.radius}
+            form = Form(form.mid, slopes, 0, form.low, form.high)
+        forms.append(form)
         stated.work.spend(_cost(entry) + len(forms[-1].slopes))
     return forms
 
@@ -129,18 +139,19 @@ def _run(
     anchored: bool,
     starts: list[Form],
     fixed: list[Form],
+    symbols: int,
     wanted: list[Source],
     found: dict[Source, Row | None],
 ) -> None:
     """Find the rows of one run, as far as the last sample that is wanted."""
-    tape, unknowns = stated.tape, len(starts)
+    tape = stated.tape
     varying = [(k, entry) for k, entry in enumerate(tape.entries) if not tape.fixed[k]]
     least = sum(_cost(entry) for _, entry in varying)
     past: dict[str, list[Form]] = {name: [] for name in tape.lags}
     by_sample: dict[int, list[Source]] = {}
     for source in wanted:
         by_sample.setdefault(source[3], []).append(source)
-    forms, newest = list(fixed), unknowns - 1
+    forms, newest = list(fixed), symbols - 1
     for now in range(max(by_sample) + 1):
         # The lines, or initial samples before their first.
         cost = least
@@ -170,7 +181,7 @@ def _run(
                 continue
             row = stated.measured[source[2]].row
             if row is not None and piece.shown[source[2]][now] is not None:
-                found[source] = _row(forms[row], unknowns, 0, 0)
+                found[source] = _row(forms[row], symbols, 0, 0)
         # A signal lies within the noise bound of what is measured.
         for n, measured in enumerate(stated.measured):
             shown = piece.shown[n][now]
@@ -184,12 +195,12 @@ def _run(
                 name = stated.lines[source[2]]
                 begins = stated.begins.get((piece.experiment, name, piece.first + now))
                 if begins is not None:
-                    found[source] = _row(add(forms[tape.now[name]], negative(starts[begins])), unknowns, 0, 0)
+                    found[source] = _row(add(forms[tape.now[name]], negative(starts[begins])), symbols, 0, 0)
         # Remember: the radius becomes a symbol.
         for name, earlier in past.items():
             form = forms[tape.now[name]]
             if isinstance(form.radius, int):
-                kept = {k: s for k, s in form.slopes.items() if k < unknowns or k > newest - stated.kept}
+                kept = {k: s for k, s in form.slopes.items() if k < symbols or k > newest - stated.kept}
                 radius = form.radius + sum(abs(s) for k, s in form.slopes.items() if k not in kept)
                 if radius and stated.kept:
                     newest += 1

@@ -8,13 +8,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import reduce
+from functools import cached_property, reduce
 from typing import Any
 
 from relaxations.check.arithmetic import Unreadable
 from relaxations.check.forms import excerpt
 from relaxations.check.runs.functions import FUNCTIONS
 from relaxations.check.runs.text import Node, parsed
+
+_READ = {"past": 0, "channel": 0, "shown": 0, "+": 2, "*": 2, "raise": 2, "choose": 3}
+"""So many forms are read by an operation; by all others one."""
 
 LARGEST_POWER = 1 << 10
 _MOST_BITS = 1 << 12  # of a number that an expression holds
@@ -46,6 +49,14 @@ class Tape:
     _longest: int = 0
     _value_shown: int | None = None
     _known: dict[Entry, int] = field(default_factory=dict)
+
+    @cached_property
+    def shared(self) -> dict[int, int]:
+        """The fixed operations that others read, numbered; but for parameters and numbers, which leave nothing over."""
+        varying = (entry for entry, fixed in zip(self.entries, self.fixed, strict=True) if not fixed)
+        read = {k for entry in varying for k in entry[1 : 1 + _READ.get(entry[0], 1)]}
+        used = [k for k in sorted(read) if self.fixed[k] and self.entries[k][0] not in ("parameter", "number")]
+        return {k: n for n, k in enumerate(used)}
 
     def put(self, kind: str, *places: int, more: tuple[Any, ...] = (), fixed: bool | None = None) -> int:
         """Return the place of an operation on the forms at some places, with further arguments."""

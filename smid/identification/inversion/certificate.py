@@ -227,7 +227,8 @@ def _arrays(known: Mapping[Source, Row | None], unknowns: int) -> Rows:
     told = [(source, row) for source, row in known.items() if row is not None]
     entries = [(n, k, slope / ONE) for n, (_, row) in enumerate(told) for k, slope in row.slopes.items()]
     places, columns, values = np.array(entries).reshape(-1, 3).T
-    slopes = sparse.csr_array((values, (places.astype(np.int64), columns.astype(np.int64))), (len(told), unknowns))
+    shape = len(told), max(unknowns, int(columns.max(initial=0)) + 1)
+    slopes = sparse.csr_array((values, (places.astype(np.int64), columns.astype(np.int64))), shape)
     low, high = (np.array([getattr(row, end) / ONE for _, row in told]) for end in ("low", "high"))
     reach = abs(slopes).sum(axis=1)
     useful = (reach > high) | (-reach < low)

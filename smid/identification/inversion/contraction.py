@@ -192,7 +192,7 @@ def contracted(rows: Rows, lower: Array, upper: Array, groups: Sequence[Group]) 
                 points.append(point)
                 if low[k] > high[k]:
                     return Contraction(low, high, None, tuple(proofs), empty=True)
-        inside = middle + half * np.mean(points, axis=0) if group.pieces is None else inside
+        inside = middle + half * np.mean(points, axis=0)[: len(middle)] if group.pieces is None else inside
     return Contraction(low, high, inside, tuple(proofs))
 
 

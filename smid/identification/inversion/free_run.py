@@ -26,7 +26,6 @@ from relaxations.algebra.affine_arithmetic import (
     HIGH,
     LOW,
     RADIUS,
-    SLOPES,
     Function,
     add,
     apply,
@@ -147,6 +146,14 @@ def _fold(forms: Array, symbol: int) -> None:
 
 
 @compiled
+def _named(forms: Array, a: int, symbol: int) -> None:
+    """Move the radius of a form to a symbol of its own."""
+    radius = forms[a, RADIUS]
+    if math.isfinite(radius):
+        forms[a, symbol], forms[a, RADIUS] = radius, 0.0
+
+
+@compiled
 def _keep(target: Array, to: int, forms: Array, a: int) -> None:
     """Write a form into another array, with what it has of further symbols in its radius."""
     left, width = forms[a, RADIUS], forms.shape[1]
@@ -158,7 +165,7 @@ def _keep(target: Array, to: int, forms: Array, a: int) -> None:
 
 @compiled
 def enclose_run(
-    tape: tuple[Index, Index, Array, Index, Mask, Index, Index],
+    tape: tuple[Index, Index, Array, Index, Mask, Index, Index, Index],
     places: tuple[Index, Index, Index, Index, Index],
     start: Array,
     data: Array,
@@ -176,13 +183,13 @@ def enclose_run(
     Parameters
     ----------
     tape
-        What :class:`.tape.Tape` calls once, each, numbers, defined, remembered, first and rows.
+        What :class:`.tape.Tape` calls once, each, numbers, defined, remembered, first, rows and shared.
     places
         For each signal and sample which unknown the initial sample is, `ZERO` or `NO_SAMPLE`; for each measured
         output the place of its channel, and of its state (-1: not shown as it is); the form of each constraint; the
         signals and samples whose forms are linked.
     start
-        The forms of the unknowns, shape (unknowns, 4 + unknowns + kept).
+        The forms of the unknowns, shape (unknowns, 4 + unknowns + shared + kept).
     data, noise
         Shapes (channels, n) and (channels,).
     kept
@@ -192,22 +199,26 @@ def enclose_run(
     defined_only
         Forms hold the runs that are real numbers throughout. If set, nothing is known of what may not be.
     outputs
-        Shape (measured outputs, n, 4 + unknowns). Each form is zero where the model fits the sample.
+        Shape (measured outputs, n, 4 + unknowns + shared). Each form is zero where the model fits the sample.
     bounded
-        Shape (constraints, 4 + unknowns).
+        Shape (constraints, 4 + unknowns + shared).
     linked
-        Shape (links, 4 + unknowns).
+        Shape (links, 4 + unknowns + shared).
     """
-    once, each, numbers, defined, remembered, first, rows = tape
+    once, each, numbers, defined, remembered, first, rows, shared = tape
     initial, row_channels, row_signals, constraints, links = places
-    unknowns, signals, n = start.shape[0], defined.shape[0], data.shape[1]
-    width = start.shape[1]
+    signals, n, width = defined.shape[0], data.shape[1], start.shape[1]
+    kept_from = width - kept
+    shared_from = kept_from - shared.shape[0]
     forms = np.zeros((numbers.shape[0], width))
     past = np.zeros((signals, depth + 1, width))
     flat = past.reshape(signals * (depth + 1), width)
     # What parameters alone decide.
     for k in range(once.shape[0]):
         _operate(once[k], numbers[k], k, forms, start, past, data, noise, 0, defined_only)
+        for place in range(shared.shape[0]):
+            if shared[place] == k:
+                _named(forms, k, shared_from + place)
     for k in range(constraints.shape[0]):
         copy(bounded, k, forms, constraints[k])
     oldest = 0
@@ -249,11 +260,9 @@ def enclose_run(
             if remembered[signal]:
                 own, place = defined[signal], now % (depth + 1)
                 copy(past[signal], place, forms, own)
-                radius = past[signal, place, RADIUS]
-                if kept > 0 and radius > 0.0 and math.isfinite(radius):
-                    symbol = SLOPES + unknowns + oldest
+                if kept > 0 and past[signal, place, RADIUS] > 0.0:
+                    symbol = kept_from + oldest
                     _fold(flat, symbol)
                     _fold(forms[once.shape[0] :], symbol)
-                    past[signal, place, symbol] = past[signal, place, RADIUS]
-                    past[signal, place, RADIUS] = 0.0
+                    _named(past[signal], place, symbol)
                     oldest = (oldest + 1) % kept

@@ -27,6 +27,7 @@ from smid.identification.inversion.free_run import enclose_run
 from smid.identification.inversion.pieces import Piece, Pieces
 from smid.identification.inversion.tape import tape_of
 from smid.models import Measurement, Model
+from smid.models.distribute import distributed
 from smid.models.running import at_sampling_time
 from smid.models.symbols import unused
 
@@ -53,12 +54,14 @@ _UP = 1 + 64 * EPSILON  # covers the sums below
 class Rows:
     """``|centre + slopes @ e| <= radius`` for unknowns ``middle + half * e`` with e in [-1, 1].
 
+    Further symbols follow those of the unknowns: what operations on the parameters alone leave over.
+
     Parameters
     ----------
     centre, radius
         Shape (n,).
     slopes
-        Shape (n, unknowns).
+        Shape (n, symbols).
     sources
         Shape (n, 4). Place of the anchor, piece, measured output, sample of the piece; `LINKS` more than the anchor,
         piece, signal, sample; or `CONSTRAINT` or `PRIOR`, 0, which, 0.
@@ -132,7 +135,7 @@ class Record:
     """
 
     def __init__(self, model: Model, data: Dataset, bounds: Mapping[str, float]) -> None:
-        self.model, self.data = at_sampling_time(model, data.sampling_time).discretised(), data
+        self.model, self.data = distributed(at_sampling_time(model, data.sampling_time).discretised()), data
         model, runs, bounds = _with_bounds_measured(self.model, data, bounds)
         self.tape = tape = tape_of(model)
         noise = {m.channel: bounds[m.channel] for m in model.measurements if m.noise is not None}
@@ -159,7 +162,7 @@ class Record:
         # A state that is measured says itself where a run is; a clock tells the time from the first sample on.
         measured = {m.signal for m in self.model.measurements if m.inverse is None}
         hidden = [k for k in np.flatnonzero(tape.states) if tape.signals[k] not in measured]
-        length = max(LENGTH, 4 * int(tape.first.max(initial=0))) if hidden and not tape.clocks.any() else 0
+        length = max(LENGTH, int(tape.first.max(initial=0))) if hidden and not tape.clocks.any() else 0
         self.cut = Pieces.of(tape, values, boxes, start, length)
         self.names, self.lower, self.upper = self.cut.names, self.cut.lower, self.cut.upper
         self.frame: Frame | None = None
@@ -181,7 +184,7 @@ class Record:
                 np.concatenate([block.unknowns.ravel() for block in blocks]),
                 np.cumsum(counts),
             ),
-            shape=(len(ends), len(lower)),
+            shape=(len(ends), len(lower) + len(self.tape.shared)),
         )
         reach = np.asarray(abs(slopes).sum(axis=1))
         impossible = np.flatnonzero((ends[:, LOW] > 0) | (ends[:, HIGH] < 0))
@@ -258,7 +261,8 @@ class Record:
         """Yield what a run states: of the outputs, of the start of the next piece, and once of the unknowns alone."""
         piece = self.cut.parts[place]
         found = self._run(piece, a, lower, upper)
-        yield _Block.of(found.outputs, piece.unknowns, a, place, found.places)
+        unknowns = np.concatenate([piece.unknowns, len(lower) + np.arange(len(self.tape.shared))])
+        yield _Block.of(found.outputs, unknowns, a, place, found.places)
         if len(piece.links):
             # What the run gives, less what the next piece begins with.
             there = piece.links[:, 2]
@@ -268,7 +272,7 @@ class Record:
             forms[:, LOW] = np.nextafter(forms[:, LOW] - begins[:, HIGH], -np.inf)
             forms[:, HIGH] = np.nextafter(forms[:, HIGH] - begins[:, LOW], np.inf)
             forms = np.column_stack([forms, -begins[:, SLOPES : SLOPES + len(there)]])
-            yield _Block.of(forms, np.concatenate([piece.unknowns, there]), LINKS + a, place, piece.links[:, :2])
+            yield _Block.of(forms, np.concatenate([unknowns, there]), LINKS + a, place, piece.links[:, :2])
         if a == place == 0:
             # A form that is not negative, and at most its own largest value, is within half of that of its half.
             forms = found.constraints.copy()
@@ -277,7 +281,7 @@ class Record:
             forms[:, RADIUS] = (forms[:, RADIUS] + 0.5 * np.abs(most)) * _UP + EPSILON * np.abs(forms[:, CENTRE])
             forms[:, LOW] = np.where(most < 0, 1.0, -np.inf)
             forms[:, HIGH] = np.inf
-            yield _Block.of(forms, piece.unknowns, CONSTRAINT, 0, _numbered(len(forms)))
+            yield _Block.of(forms, unknowns, CONSTRAINT, 0, _numbered(len(forms)))
             if self.frame is not None:
                 every = np.arange(len(lower))
                 forms = self._start(lower, upper, every, True)[:, : SLOPES + len(every)]
@@ -299,11 +303,11 @@ class Record:
             noise = np.where(moved > 0, EPSILON * np.nanmax(np.abs(data), axis=1, initial=0.0), 0.0)  # of the sum above
         # A point, for which alone data are shifted, is one of the unknowns themselves.
         start = self._start(lower, upper, piece.unknowns, not shift)
-        width = SLOPES + len(piece.unknowns)
+        width = SLOPES + len(piece.unknowns) + len(tape.shared)
         outputs = np.zeros((len(tape.rows), data.shape[1], width))
         constraints, linked = np.zeros((len(tape.constraints), width)), np.zeros((len(piece.links), width))
         enclose_run(
-            (tape.once, tape.each, tape.numbers, tape.defined, tape.remembered, tape.first, tape.rows),
+            (tape.once, tape.each, tape.numbers, tape.defined, tape.remembered, tape.first, tape.rows, tape.shared),
             (piece.initial, self._outputs, states, tape.constraints, piece.links),
             start,
             data,
@@ -348,7 +352,7 @@ class Record:
     def _start(self, lower: Array, upper: Array, which: Index, framed: bool) -> Array:
         """Return the forms of some unknowns over a box, of the coordinates where it is framed."""
         count = len(which)
-        forms = np.zeros((count, SLOPES + count + KEPT))
+        forms = np.zeros((count, SLOPES + count + len(self.tape.shared) + KEPT))
         middle, half = middle_and_half(lower[which], upper[which])
         if self.frame is None or not framed:
             known = np.isfinite(upper[which] - lower[which])

@@ -6,7 +6,7 @@ through time.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 
@@ -88,6 +88,8 @@ class Tape:
         For each measured output, the form that is zero where the model fits the sample.
     constraints
         Forms that are not negative.
+    shared
+        Forms of parameters alone that the lines read, and that are not linear.
     """
 
     parameters: tuple[str, ...]
@@ -107,6 +109,7 @@ class Tape:
     shown: Index
     rows: Index
     constraints: Index
+    shared: Index
 
 
 class _Writer:
@@ -293,7 +296,15 @@ def tape_of(model: Model) -> Tape:
         np.array([writer.channels[_name(m)] for m in outputs], dtype=np.int64),
         np.array([place[k] for k in rows], dtype=np.int64),
         np.array([place[k] for k in constraints], dtype=np.int64),
+        _shared(table, count),
     )
+
+
+def _shared(table: Sequence[tuple[int, ...]], count: int) -> Index:
+    """Return the fixed operations whose results others read, and which leave something over."""
+    bent = (Operation.MULTIPLY, Operation.APPLY, Operation.CHOOSE)
+    read = {k for operation, *places in table[count:] for k in places[: _READS[Operation(operation)]] if k < count}
+    return np.array(sorted(k for k in read if table[k][0] in bent), dtype=np.int64)
 
 
 def _seen(measurement: Measurement) -> sympy.Expr:
