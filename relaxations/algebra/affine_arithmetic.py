@@ -391,6 +391,18 @@ def _bent_at_zero(forms: Array, to: int, a: int, left: float) -> None:
 
 
 @compiled
+def larger(forms: Array, to: int, a: int, b: int) -> None:
+    """Write the larger of two numbers: b, and what a is more."""
+    low, high = max(forms[a, LOW], forms[b, LOW]), max(forms[a, HIGH], forms[b, HIGH])
+    add(forms, to, a, b, -1.0)
+    _bent_at_zero(forms, to, to, 0.0)
+    add(forms, to, to, b, 1.0)
+    forms[to, LOW] = max(forms[to, LOW], low)
+    forms[to, HIGH] = min(forms[to, HIGH], high)
+    _tidied(forms, to)
+
+
+@compiled
 def apply(forms: Array, to: int, a: int, function: int, exponent: float) -> None:
     """Write a function of a form, at the real numbers where it has a real value.
 

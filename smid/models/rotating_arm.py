@@ -95,7 +95,9 @@ def RotatingArm(
         parameters += added
         # One where the arm glides, zero where it sticks: the model's language has no cases.
         gliding = (1 + sympy.sign(sympy.Abs(speed) - eps.symbol)) / 2
-        torque -= gliding * wd.symbol * sympy.sign(speed) + (1 - gliding) * ws.symbol * speed / eps.symbol
+        # Cut off where it does not act: so the enclosure of a speed in doubt holds no larger friction than Ws.
+        sticking = sympy.Max(sympy.Min(speed / eps.symbol, 1), -1)
+        torque -= gliding * wd.symbol * sympy.sign(speed) + (1 - gliding) * ws.symbol * sticking
     if drag:
         added = _fixed(DRAG)
         parameters += added

@@ -113,6 +113,10 @@ def operate(entry: Entry, forms: list[Form], starts: list[Form]) -> Form:
             return add(forms[a], forms[b])
         case ("*", a, b):
             return multiply(forms[a], forms[b])
+        case ("larger", a, b):
+            one, other = forms[a], forms[b]
+            form = add(other, FUNCTIONS["positive"](add(one, negative(other))))
+            return narrowed(form, max(one.low, other.low), max(one.high, other.high))
         case ("number", value):
             return number(value)
         case ("parameter", k):

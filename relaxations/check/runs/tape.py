@@ -16,7 +16,7 @@ from relaxations.check.forms import excerpt
 from relaxations.check.runs.functions import FUNCTIONS
 from relaxations.check.runs.text import Node, parsed
 
-_READ = {"past": 0, "channel": 0, "shown": 0, "+": 2, "*": 2, "raise": 2, "choose": 3}
+_READ = {"past": 0, "channel": 0, "shown": 0, "+": 2, "*": 2, "larger": 2, "raise": 2, "choose": 3}
 """So many forms are read by an operation; by all others one."""
 
 LARGEST_POWER = 1 << 10
@@ -217,12 +217,11 @@ class Tape:
         raise Unreadable(f"the function {excerpt(name)} with {len(places)} arguments has no enclosure here")
 
     def _larger(self, a: int, b: int) -> int:
-        """Return ``max(a, b) = b + max(0, a - b)``."""
-        return self._sum([b, self.put("positive", self.less(a, b))])
+        return self.put("larger", a, b)
 
     def _smaller(self, a: int, b: int) -> int:
-        """Return ``min(a, b) = a - max(0, a - b)``."""
-        return self.less(a, self.put("positive", self.less(a, b)))
+        """Return ``min(a, b) = -max(-a, -b)``."""
+        return self._scaled(self._larger(*(self._scaled(k, Fraction(-1)) for k in (a, b))), Fraction(-1))
 
     def less(self, a: int, b: int) -> int:
         """Return ``a - b``."""

@@ -33,6 +33,7 @@ from relaxations.algebra.affine_arithmetic import (
     copy,
     hull,
     interval,
+    larger,
     linear,
     multiply,
     nothing_known,
@@ -55,7 +56,8 @@ class Operation(IntEnum):
     SCALE = 7  # form; number
     APPLY = 8  # form, function; exponent
     CHOOSE = 9  # condition, form where it is not negative, form elsewhere; 1 if zero is elsewhere, too
-    DEFINE = 10  # form; one for each signal, so that its initial samples can take its place
+    LARGER = 10
+    DEFINE = 11  # form; one for each signal, so that its initial samples can take its place
 
 
 NO_SAMPLE, ZERO = -2, -1
@@ -63,7 +65,9 @@ NO_SAMPLE, ZERO = -2, -1
 
 _UNDEFINED_BELOW_ZERO = (int(Function.ROOT), int(Function.LOG), int(Function.POWER))
 _RECIPROCAL = int(Function.RECIPROCAL)
-_NUMBER, _PARAMETER, _CHANNEL, _PAST, _ADD, _SUBTRACT, _MULTIPLY, _SCALE, _APPLY, _CHOOSE, _DEFINE = map(int, Operation)
+_NUMBER, _PARAMETER, _CHANNEL, _PAST, _ADD, _SUBTRACT, _MULTIPLY, _SCALE, _APPLY, _CHOOSE, _LARGER, _DEFINE = map(
+    int, Operation
+)
 
 
 @compiled
@@ -122,6 +126,8 @@ def _operate(
         add(forms, to, a, b, -1.0)
     elif operation == _MULTIPLY:
         multiply(forms, to, a, b)
+    elif operation == _LARGER:
+        larger(forms, to, a, b)
     elif operation == _SCALE:
         linear(forms, to, a, number[0], 0.0, 0.0)
     elif operation == _DEFINE:

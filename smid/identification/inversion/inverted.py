@@ -97,7 +97,8 @@ class Inverted:
 
     def _start(self) -> None:
         """Look for points that fit, by a local search."""
-        with suppress(DataError, ModelError):  # it diverges: a point may be found on the way
+        # It may diverge: a point may be found on the way.
+        with suppress(DataError, ModelError), np.errstate(all="ignore"):
             self.cover.points += outermost(self.record, Scan(self.model, self.data, self.bounds))
 
     def _intervals(self) -> tuple[Interval, ...]:

@@ -49,6 +49,7 @@ _READS = {
     Operation.ADD: 2,
     Operation.SUBTRACT: 2,
     Operation.MULTIPLY: 2,
+    Operation.LARGER: 2,
     Operation.CHOOSE: 3,
 }
 """So many of an operation's places are forms."""
@@ -168,9 +169,7 @@ class _Writer:
         if isinstance(node, sympy.Pow):
             return self._power(node.base, node.exp)
         if isinstance(node, sympy.Max):
-            # Zero comes last: the result is never negative, not even by a rounding.
-            largest = reduce(self._larger, (self.write(arg) for arg in node.args if arg != 0))
-            return self.apply(Function.POSITIVE, largest) if 0 in node.args else largest
+            return reduce(self._larger, map(self.write, node.args))
         if isinstance(node, sympy.Min):
             return reduce(self._smaller, map(self.write, node.args))
         if isinstance(node, sympy.Piecewise):
@@ -228,10 +227,10 @@ class _Writer:
         )
 
     def _larger(self, a: int, b: int) -> int:
-        return self.of(Operation.ADD, b, self.apply(Function.POSITIVE, self.of(Operation.SUBTRACT, a, b)))
+        return self.of(Operation.LARGER, a, b)
 
     def _smaller(self, a: int, b: int) -> int:
-        return self.of(Operation.SUBTRACT, a, self.apply(Function.POSITIVE, self.of(Operation.SUBTRACT, a, b)))
+        return self._scaled(self._larger(self._scaled(a, -1.0), self._scaled(b, -1.0)), -1.0)
 
     def _piecewise(self, branches: tuple[sympy.Basic, ...]) -> int:
         (value, condition), *rest = branches
@@ -302,7 +301,7 @@ def tape_of(model: Model) -> Tape:
 
 def _shared(table: Sequence[tuple[int, ...]], count: int) -> Index:
     """Return the fixed operations whose results others read, and which leave something over."""
-    bent = (Operation.MULTIPLY, Operation.APPLY, Operation.CHOOSE)
+    bent = (Operation.MULTIPLY, Operation.APPLY, Operation.CHOOSE, Operation.LARGER)
     read = {k for operation, *places in table[count:] for k in places[: _READS[Operation(operation)]] if k < count}
     return np.array(sorted(k for k in read if table[k][0] in bent), dtype=np.int64)
 

@@ -22,6 +22,7 @@ from relaxations.algebra.affine_arithmetic import (
     copy,
     hull,
     interval,
+    larger,
     linear,
     multiply,
     nothing_known,
@@ -110,7 +111,7 @@ ordinary = forms_of(1e100)
 
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(ordinary, ordinary, symbols)
-def test_sum_difference_product_and_hull(left, right, at):
+def test_sum_difference_product_larger_and_hull(left, right, at):
     forms = table()
     x, y = write(forms, 0, left, at), write(forms, 1, right, at)
     add(forms, 2, 0, 1, 1.0)
@@ -119,6 +120,10 @@ def test_sum_difference_product_and_hull(left, right, at):
     assert holds(forms[2], x - y, at)
     multiply(forms, 2, 0, 1)
     assert holds(forms[2], x * y, at)
+    larger(forms, 2, 0, 1)
+    assert holds(forms[2], max(x, y), at)
+    assert forms[2, LOW] >= max(forms[0, LOW], forms[1, LOW])
+    assert forms[2, HIGH] <= max(forms[0, HIGH], forms[1, HIGH])
     hull(forms, 2, 0, 1)
     assert holds(forms[2], x, at)
     assert holds(forms[2], y, at)
@@ -216,7 +221,7 @@ def test_a_function_at_the_edges_of_its_domain_and_of_the_floats(function):
                     assert forms[2, LOW] <= exact <= forms[2, HIGH], (low, high, point)
 
 
-@pytest.mark.parametrize("operation", [add, multiply, hull])
+@pytest.mark.parametrize("operation", [add, multiply, hull, larger])
 def test_infinite_ends_give_no_number_that_is_none(operation):
     forms = table()
     ends = [(-math.inf, math.inf), (0.0, math.inf), (-math.inf, 0.0), (-math.inf, -1.0), (0.0, 0.0), (-1e308, 1e308)]
