@@ -35,7 +35,7 @@ from relaxations.algebra.affine_arithmetic import (
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON
 from smid.identification.inversion import integration, operations
-from smid.identification.inversion.integration import integrate
+from smid.identification.inversion.integration import further_symbols, integrate
 from smid.identification.inversion.operations import Operation, operate
 
 NO_SAMPLE, ZERO = -2, -1
@@ -100,7 +100,7 @@ def enclose_run(
     unknowns, signals, n = start.shape[0], defined.shape[0], data.shape[1]
     inner, sections, integrated, interval_length, substeps = rates
     # Integration has further symbols within one interval.
-    width = start.shape[1] + integrated.shape[0]
+    width = start.shape[1] + further_symbols(inner, integrated.shape[0])
     unknown = np.zeros((unknowns, width))
     unknown[:, : start.shape[1]] = start
     stage = np.zeros((integrated.shape[0], width))

@@ -65,7 +65,7 @@ LEVELS = 10
 _TRIALS = 8  # of a box for a step
 _WIDER = 0.2  # share by which each is widened
 _UP = 1.0 + 128.0 * EPSILON  # covers the rounding of a few products, and of \phi
-_HELD = 5  # values tried, beyond which a rate may lead back
+_HELD = 8  # values tried, beyond which a rate may lead back
 _STEEPEST = 50.0  # beyond, \phi is unbounded
 _ADD, _SUBTRACT, _MULTIPLY = int(Operation.ADD), int(Operation.SUBTRACT), int(Operation.MULTIPLY)
 _SCALE, _APPLY, _CHOOSE = int(Operation.SCALE), int(Operation.APPLY), int(Operation.CHOOSE)
@@ -142,7 +142,7 @@ def _exact(forms: Array, a: int) -> bool:
 
 @compiled
 def _evaluate(
-    program: tuple[Index, Array, int],
+    program: tuple[Index, Array, int, int],
     until: int,
     forms: Array,
     jumps: Mask,
@@ -151,11 +151,12 @@ def _evaluate(
 ) -> None:
     """Write forms of the rates at a stage, and whether each may jump there.
 
-    A jump counts where its argument may be zero, whatever the value at zero is. What is multiplied by zero does not
+    A sign that is not decided is a symbol. A jump counts where its argument may be zero, whatever the value at zero is. What is multiplied by zero does not
     jump: friction of sliding where the mass sticks.
     """
-    inner, numbers, base = program
+    inner, numbers, base, signs = program
     start, past, data, noise, now, defined_only = known
+    symbol = signs
     for k in range(until):
         to = base + k
         operation, a, b, c = inner[k, 0], inner[k, 1], inner[k, 2], inner[k, 3]
@@ -174,11 +175,11 @@ def _evaluate(
                 jumps[to] = True
         elif operation == _APPLY and b == _SIGN:
             low, high = forms[a, LOW], forms[a, HIGH]
-            if low > 0.0 or high < 0.0:
-                interval(forms, to, 1.0 if low > 0.0 else -1.0, 0.0)
-            else:
-                between(forms, to, -1.0, 1.0)
+            interval(forms, to, 1.0 if low > 0.0 else -1.0 if high < 0.0 else 0.0, 0.0)
+            if not (low > 0.0 or high < 0.0):
+                forms[to, symbol], forms[to, LOW], forms[to, HIGH] = 1.0, -1.0, 1.0
                 jumps[to] = True
+            symbol += 1
         elif operation == _APPLY and b == _FLOOR:
             low, high = np.ceil(forms[a, LOW]) - 1.0, np.floor(forms[a, HIGH])
             between(forms, to, low, high)
@@ -208,6 +209,38 @@ def _evaluate(
 
 
 @compiled
+def _signs(inner: Index) -> int:
+    """Return the number of signs among operations."""
+    count = 0
+    for k in range(inner.shape[0]):
+        count += inner[k, 0] == _APPLY and inner[k, 2] == _SIGN
+    return count
+
+
+@compiled
+def further_symbols(inner: Index, states: int) -> int:
+    """Return how many symbols integration needs for itself."""
+    return states + _signs(inner)
+
+
+@compiled
+def _taken(target: Array, to: int, forms: Array, a: int, signs: int) -> None:
+    """Copy a form without its signs, which change in time: each factor of a product has its own."""
+    copy(target, to, forms, a)
+    _fold(target, to, signs)
+
+
+@compiled
+def _fold(forms: Array, a: int, symbol: int) -> None:
+    """Move the shares of all symbols from one on into the radius of a form."""
+    total = forms[a, RADIUS]
+    for k in range(symbol, forms.shape[1]):
+        total += abs(forms[a, k])
+        forms[a, k] = 0.0
+    forms[a, RADIUS] = total * (1.0 + (forms.shape[1] - symbol + 2) * EPSILON)
+
+
+@compiled
 def _times(w: Array, to: int, a: int, factor: float) -> None:
     """Write a form times a factor that is known within a few roundings."""
     size = max(abs(w[a, LOW]), abs(w[a, HIGH]))
@@ -234,26 +267,11 @@ def _away(begin: Array, stage: Array, i: int, low: float, high: float, w: Array,
 
 @compiled
 def _wrapped(states: Array, local: int) -> None:
-    """Make what is left over of each state a symbol of its own, of the last ones."""
+    """Make what is left over of each state a symbol of its own, from one on."""
     for i in range(states.shape[0]):
-        total = states[i, RADIUS]
-        for symbol in range(local, states.shape[1]):
-            total += abs(states[i, symbol])
-            states[i, symbol] = 0.0
-        total *= 1.0 + (states.shape[1] - local + 2) * EPSILON
-        states[i, RADIUS] = 0.0 if math.isfinite(total) else total
-        states[i, local + i] = total if math.isfinite(total) else 0.0
-
-
-@compiled
-def _folded(states: Array, local: int) -> None:
-    """Move the last symbols back into the radii."""
-    for i in range(states.shape[0]):
-        total = states[i, RADIUS]
-        for symbol in range(local, states.shape[1]):
-            total += abs(states[i, symbol])
-            states[i, symbol] = 0.0
-        states[i, RADIUS] = total * (1.0 + (states.shape[1] - local + 2) * EPSILON)
+        _fold(states, i, local)
+        if math.isfinite(states[i, RADIUS]):
+            states[i, local + i], states[i, RADIUS] = states[i, RADIUS], 0.0
 
 
 @compiled
@@ -267,19 +285,19 @@ def _narrowed(w: Array, a: int, low: float, high: float) -> None:
 
 @compiled
 def _result(
-    states: Array, stage: Array, w: Array, places: Index, forms: Array, jumps: Mask, at_begin: Array, i: int, h: float
+    states: Array, w: Array, places: Index, forms: Array, jumps: Mask, at_begin: Array, i: int, h: float, signs: int
 ) -> None:
     """Write into the first line of w where a state is after a step, from its rates at the begin and over the box."""
     n = states.shape[0]
     # Without any derivative.
     copy(w, 1, states, i)
-    copy(w, 2, forms, places[i, RATE])
+    _taken(w, 2, forms, places[i, RATE], signs)
     _times(w, 3, 2, h)
     add(w, 0, 1, 3, 1.0)
     if jumps[places[i, RATE]]:
         return
     # The first formula, into the fourth line.
-    copy(w, 2, forms, places[i, OWN])
+    _taken(w, 2, forms, places[i, OWN], signs)
     _times(w, 3, 2, h)
     _phi_of(w, 6, 3, 1)
     _phi_of(w, 7, 3, 2)
@@ -287,7 +305,7 @@ def _result(
     copy(w, 4, states, i)
     copy(w, 5, at_begin, i)
     _add_product(w, 4, 6, 5, h, 9)
-    copy(w, 2, forms, places[i, OTHERS])
+    _taken(w, 2, forms, places[i, OTHERS], signs)
     _add_product(w, 4, 7, 2, h * h, 9)
     if w[4, RADIUS] < w[0, RADIUS]:
         copy(w, 0, w, 4)
@@ -300,7 +318,7 @@ def _result(
     copy(w, 4, w, 2)
     copy(w, 5, at_begin, n + i)
     _add_product(w, 4, 7, 5, h * h, 9)
-    copy(w, 2, forms, places[i, SECOND])
+    _taken(w, 2, forms, places[i, SECOND], signs)
     _add_product(w, 4, 8, 2, h * h * h, 9)
     if w[4, RADIUS] < w[0, RADIUS]:
         copy(w, 0, w, 4)
@@ -322,8 +340,8 @@ def _reach(
 
 
 @compiled
-def _held(
-    program: tuple[Index, Array, int],
+def _hold(
+    program: tuple[Index, Array, int, int],
     until: int,
     rate: int,
     forms: Array,
@@ -331,26 +349,31 @@ def _held(
     stage: Array,
     known: tuple[Array, Array, Array, Array, int, bool],
     states: Array,
+    held: Array,
     i: int,
     h: float,
     sign: float,
-) -> float:
-    """Return an end of a state after a step, above (sign 1) or below: where its rate leads back; else infinite.
+) -> None:
+    """Find how far a state rises (sign 1) or falls during a step, and where it ends: where its rate leads back.
 
-    Values ever closer to the middle are tried: beyond one the rate leads back if it does anywhere further out.
+    Values ever further inside are tried: the rate must lead back anywhere beyond one.
     """
-    end, opposite = (HIGH, LOW) if sign > 0.0 else (LOW, HIGH)
+    end = HIGH if sign > 0.0 else LOW
     top, begin = sign * stage[i, end], sign * states[i, end]
-    reach, best = begin - sign * 0.5 * (states[i, end] + states[i, opposite]), math.inf
-    for k in range(_HELD):
-        value = begin + 1e-6 * (top - begin) if k == 0 else begin - reach * (1.0 - 0.5**k)
+    reach, during, after = states[i, HIGH] - states[i, LOW], math.inf, math.inf
+    for k in range(_HELD + 1):
+        value = begin + 1e-6 * (top - begin) if k == 0 else begin - reach * 0.25 ** (_HELD + 1 - k)
         between(stage, i, min(sign * value, sign * top), max(sign * value, sign * top))
         _evaluate(program, until, forms, jumps, stage, known)
         most = sign * forms[rate, end]
         if not most <= 0.0:
             break
-        best = min(best, max(value, begin + h * most + 4.0 * EPSILON * (abs(begin) + h * abs(most))))
-    return sign * best
+        during = min(during, max(value, begin))
+        after = min(after, max(value, begin + h * most + 4.0 * EPSILON * (abs(begin) + h * abs(most))))
+    if sign > 0.0:
+        held[i, 1], held[i, 3] = during, after
+    else:
+        held[i, 0], held[i, 2] = -during, -after
 
 
 @compiled
@@ -382,18 +405,19 @@ def integrate(
     places
         Shape (states, 6). Forms, see `BEGIN` and the following.
     stage
-        Shape (states, width). As many symbols as there are states, the last ones, are free on entry and exit.
+        Shape (states, width). The last symbols, `further_symbols` of them, are free on entry and exit.
     interval_length
         In seconds.
     """
     n, width = stage.shape
-    local = width - n
-    program = (inner, numbers, base)
+    signs = width - _signs(inner)
+    local = signs - n
+    program = (inner, numbers, base, signs)
     known = (start, past, data, noise, now, defined_only)
     jumps = np.zeros(forms.shape[0], dtype=np.bool_)
     states, at_begin, results = np.zeros((n, width)), np.zeros((2 * n, width)), np.zeros((n, width))
     w = np.zeros((12, width))
-    low, high = np.zeros(n), np.zeros(n)
+    low, high, held = np.zeros(n), np.zeros(n), np.zeros((n, 4))
     jumped = np.zeros(n, dtype=np.bool_)
     finite = True
     for i in range(n):
@@ -409,8 +433,8 @@ def integrate(
             copy(stage, i, states, i)
         _evaluate(program, sections[1], forms, jumps, stage, known)
         for i in range(n):
-            copy(at_begin, i, forms, places[i, RATE])
-            copy(at_begin, n + i, forms, places[i, FIRST])
+            _taken(at_begin, i, forms, places[i, RATE], signs)
+            _taken(at_begin, n + i, forms, places[i, FIRST], signs)
             jumped[i] = jumps[places[i, RATE]]
             for sign in (-1.0, 1.0):
                 most = (1.0 + _WIDER) * _reach(forms, places, jumps, at_begin, i, h, sign)
@@ -448,28 +472,25 @@ def integrate(
         if not inside:
             finite = False
             break
-        # The step, over the box that was found.
-        for i in range(n):
-            low[i], high[i] = results[i, LOW], results[i, HIGH]
-            _away(states, stage, i, low[i], high[i], w, 0)
-        _evaluate(program, sections[2], forms, jumps, stage, known)
-        for i in range(n):
-            _result(states, stage, w, places, forms, jumps, at_begin, i, h)
-            copy(results, i, w, 0)
-            _narrowed(results, i, stage[i, LOW], stage[i, HIGH])
-        # What a jump holds back.
+        # The box that was found, less what jumps hold back.
         for i in range(n):
             jumped[i] = jumps[places[i, RATE]]
+            low[i], high[i] = results[i, LOW], results[i, HIGH]
+            _away(states, stage, i, low[i], high[i], w, 0)
+            held[i, 0], held[i, 1], held[i, 2], held[i, 3] = -math.inf, math.inf, -math.inf, math.inf
         for i in range(n):
             if jumped[i]:
-                copy(w, 11, stage, i)
+                copy(w, 0, stage, i)
                 for sign in (-1.0, 1.0):
-                    held = _held(program, sections[0], places[i, RATE], forms, jumps, stage, known, states, i, h, sign)
-                    if sign > 0.0:
-                        _narrowed(results, i, -math.inf, held)
-                    else:
-                        _narrowed(results, i, held, math.inf)
-                    copy(stage, i, w, 11)
+                    _hold(program, sections[0], places[i, RATE], forms, jumps, stage, known, states, held, i, h, sign)
+                    copy(stage, i, w, 0)
+                _narrowed(stage, i, held[i, 0], held[i, 1])
+        # The step.
+        _evaluate(program, sections[2], forms, jumps, stage, known)
+        for i in range(n):
+            _result(states, w, places, forms, jumps, at_begin, i, h, signs)
+            copy(results, i, w, 0)
+            _narrowed(results, i, max(stage[i, LOW], held[i, 2]), min(stage[i, HIGH], held[i, 3]))
         for i in range(n):
             copy(states, i, results, i)
         done += size
@@ -479,4 +500,4 @@ def integrate(
         if not finite:
             nothing_known(states, i)
         copy(stage, i, states, i)
-    _folded(stage, local)
+        _fold(stage, i, local)
