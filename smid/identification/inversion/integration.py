@@ -59,7 +59,7 @@ from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from smid.identification.inversion import operations
 from smid.identification.inversion.operations import Operation, may_be_undefined, operate
 
-LEVELS = 10
+LEVELS = 12
 """A step is halved at most so many times."""
 
 _TRIALS = 8  # of a box for a step

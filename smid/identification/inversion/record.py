@@ -22,7 +22,6 @@ from smid.identification.inversion.frame import Frame, middle_and_half, static_c
 from smid.identification.inversion.free_run import NO_SAMPLE, ZERO, enclose_run
 from smid.identification.inversion.tape import tape_of
 from smid.models import Measurement, Model
-from smid.models.discretise import ENCLOSED
 from smid.models.running import at_sampling_time
 from smid.models.symbols import unused
 
@@ -100,7 +99,7 @@ class Record:
 
     def __init__(self, model: Model, data: Dataset, bounds: Mapping[str, float]) -> None:
         model = at_sampling_time(model, data.sampling_time)
-        self.model, self.data = model if model.scheme == ENCLOSED else model.discretised(), data
+        self.model, self.data = model if model.enclosed else model.discretised(), data
         model, runs, bounds = _with_bounds_measured(self.model, data, bounds)
         self.tape = tape = tape_of(model)
         noise = {m.channel: bounds[m.channel] for m in model.measurements if m.noise is not None}
