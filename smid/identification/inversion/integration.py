@@ -18,7 +18,8 @@ the step is; for small h J_ii the formulas are Taylor's.
 
 *Kinks.* Where Abs, Max or Min bend, J contains the slopes of both sides, and the first formula holds. *Jumps.* Where a
 sign or a condition is not decided over X, f takes all values of both sides (Filippov). What is left is x + h f(X). The
-step is halved where the jump is decided at its start, so that it ends shortly before the jump.
+step is halved where the jump is decided at its start, so that it ends shortly before the jump, and where a state leaves
+a jump at which it was known well.
 
 A state that jumps hold where it is (dry friction at rest) would spread by each such step. But it cannot rise above a
 value beyond which its rate is not positive anywhere in X, and falls with at least the least rate there.
@@ -65,6 +66,7 @@ LEVELS = 12
 _TRIALS = 8  # of a box for a step
 _WIDER = 0.2  # share by which each is widened
 _UP = 1.0 + 128.0 * EPSILON  # covers the rounding of a few products, and of \phi
+_LEAVES = 1e-3  # share of the reach of a step by which a state that jumps hold back does not spread
 _HELD = 8  # values tried, beyond which a rate may lead back
 _STEEPEST = 50.0  # beyond, \phi is unbounded
 _ADD, _SUBTRACT, _MULTIPLY = int(Operation.ADD), int(Operation.SUBTRACT), int(Operation.MULTIPLY)
@@ -491,6 +493,14 @@ def integrate(
             _result(states, w, places, forms, jumps, at_begin, i, h, signs)
             copy(results, i, w, 0)
             _narrowed(results, i, max(stage[i, LOW], held[i, 2]), min(stage[i, HIGH], held[i, 3]))
+        # A state that leaves a jump does so by a short step.
+        spreads = False
+        for i in range(n):
+            before, after = states[i, HIGH] - states[i, LOW], results[i, HIGH] - results[i, LOW]
+            spreads = spreads or (jumped[i] and after > 2.0 * before + _LEAVES * (high[i] - low[i]))
+        if spreads and size > 1:
+            size //= 2
+            continue
         for i in range(n):
             copy(states, i, results, i)
         done += size
