@@ -54,7 +54,7 @@ def compiling(*files: str) -> Callable[[_Function], _Function]:
         Those with functions that the function calls, beside this one and its own: a change elsewhere would not be
         noticed.
     """
-    content = hashlib.sha256(b"".join(Path(file).read_bytes() for file in (*_FILES, *files))).hexdigest()[:16]
+    content = hashlib.sha256(b"".join(file.read_bytes() for file in (*_FILES, *map(Path, files)))).hexdigest()[:16]
 
     def compiled(function: _Function) -> _Function:
         config: Any = numba.config

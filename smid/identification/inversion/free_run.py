@@ -45,6 +45,7 @@ _SOLUTION = int(Operation.SOLUTION)
 
 compiled = compiling(operations.__file__, integration.__file__)
 
+
 @compiled
 def _fold(forms: Array, symbol: int) -> None:
     """Move the share of a symbol into the radius of every form."""

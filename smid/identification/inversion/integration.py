@@ -39,11 +39,9 @@ import math
 import numpy as np
 
 from relaxations.algebra.affine_arithmetic import (
-    CENTRE,
     HIGH,
     LOW,
     RADIUS,
-    SLOPES,
     Function,
     add,
     between,
@@ -63,6 +61,7 @@ from smid.identification.inversion.operations import Operation, may_be_undefined
 LEVELS = 12
 """A step is halved at most so many times."""
 
+_ATTEMPTS = 16  # for each step between two samples, and each level
 _TRIALS = 8  # of a box for a step
 _WIDER = 0.2  # share by which each is widened
 _UP = 1.0 + 128.0 * EPSILON  # covers the rounding of a few products, and of \phi
@@ -153,8 +152,8 @@ def _evaluate(
 ) -> None:
     """Write forms of the rates at a stage, and whether each may jump there.
 
-    A sign that is not decided is a symbol. A jump counts where its argument may be zero, whatever the value at zero is. What is multiplied by zero does not
-    jump: friction of sliding where the mass sticks.
+    A sign that is not decided is a symbol. A jump counts where its argument may be zero, whatever the value at zero is.
+    What is multiplied by zero does not jump: friction of sliding where the mass sticks.
     """
     inner, numbers, base, signs = program
     start, past, data, noise, now, defined_only = known
@@ -185,7 +184,7 @@ def _evaluate(
         elif operation == _APPLY and b == _FLOOR:
             low, high = np.ceil(forms[a, LOW]) - 1.0, np.floor(forms[a, HIGH])
             between(forms, to, low, high)
-            jumps[to] = not low == high
+            jumps[to] = low != high
         elif operation == _MULTIPLY:
             # Zero times any number is zero.
             if (forms[a, LOW] == 0.0 and forms[a, HIGH] == 0.0) or (forms[b, LOW] == 0.0 and forms[b, HIGH] == 0.0):
@@ -195,12 +194,12 @@ def _evaluate(
                 jumps[to] = jumps[a] or jumps[b]
         else:
             operate(inner[k], numbers[to], to, forms, start, past, stage, data, noise, now, defined_only)
-            if operation == _APPLY or operation == _SCALE:
+            if operation in (_APPLY, _SCALE):
                 jumps[to] = jumps[a]
                 # Signs are often halved, and summed with halves: these sums are kept exact.
                 if operation == _SCALE and _exact(forms, a) and abs(forms[a, LOW]) == 1.0:
                     interval(forms, to, numbers[to, 0] * forms[a, LOW], 0.0)
-            elif operation == _ADD or operation == _SUBTRACT:
+            elif operation in (_ADD, _SUBTRACT):
                 jumps[to] = jumps[a] or jumps[b]
                 if _exact(forms, a) and _exact(forms, b):
                     one, other = forms[a, LOW], forms[b, LOW] if operation == _ADD else -forms[b, LOW]
@@ -327,18 +326,16 @@ def _result(
 
 
 @compiled
-def _reach(
-    forms: Array, places: Index, jumps: Mask, at_begin: Array, i: int, h: float, sign: float
-) -> float:
+def _reach(forms: Array, places: Index, jumps: Mask, at_begin: Array, i: int, h: float, sign: float) -> float:
     """Return an upper bound of how far a state rises (sign 1) or falls (-1) within a step, if its box holds."""
     end = HIGH if sign > 0.0 else LOW
     most = max(0.0, h * sign * forms[places[i, RATE], end])
     if not jumps[places[i, RATE]]:
         slope, q = h * forms[places[i, OWN], HIGH], sign * forms[places[i, OTHERS], end]
-        if slope <= _STEEPEST and math.isfinite(q):
-            first, other = max(0.0, sign * at_begin[i, end]), max(0.0, q)
+        first, other = max(0.0, sign * at_begin[i, end]), max(0.0, q)
+        if slope <= _STEEPEST and math.isfinite(first + other):
             most = min(most, h * _phi(slope, 1) * first + h * h * _phi(slope, 2) * other)
-    return most * _UP + TINY
+    return float(most * _UP + TINY)
 
 
 @compiled
@@ -426,8 +423,10 @@ def integrate(
         copy(states, i, forms, places[i, BEGIN])
         finite = finite and math.isfinite(states[i, HIGH] - states[i, LOW])
     whole = 1 << LEVELS
-    done, size = 0, whole
+    done, size, tried = 0, whole, 0
     while finite and done < substeps * whole:
+        tried += 1
+        finite = tried < _ATTEMPTS * (substeps + LEVELS)
         h = interval_length * size / (substeps * whole)
         # Where the step begins.
         _wrapped(states, local)

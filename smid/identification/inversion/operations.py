@@ -42,9 +42,8 @@ class Operation(IntEnum):
 
 _UNDEFINED_BELOW_ZERO = (int(Function.ROOT), int(Function.LOG), int(Function.POWER))
 _RECIPROCAL = int(Function.RECIPROCAL)
-_NUMBER, _PARAMETER, _CHANNEL, _PAST, _ADD, _SUBTRACT, _MULTIPLY, _SCALE, _APPLY, _CHOOSE, _DEFINE, _STAGE, _SOLUTION = (
-    map(int, Operation)
-)
+_NUMBER, _PARAMETER, _CHANNEL, _PAST = map(int, tuple(Operation)[:4])
+_ADD, _SUBTRACT, _MULTIPLY, _SCALE, _APPLY, _CHOOSE, _DEFINE, _STAGE, _SOLUTION = map(int, tuple(Operation)[4:])
 
 
 @compiled
@@ -108,7 +107,7 @@ def operate(
         linear(forms, to, a, number[0], 0.0, 0.0)
     elif operation == _DEFINE:
         copy(forms, to, forms, a)
-    elif operation == _STAGE or operation == _SOLUTION:
+    elif operation in (_STAGE, _SOLUTION):
         copy(forms, to, stage, a)
     elif operation == _APPLY:
         apply(forms, to, a, b, number[0])

@@ -248,7 +248,13 @@ class Record:
         constraints = np.zeros((len(tape.constraints), width))
         enclose_run(
             (tape.once, tape.each, tape.numbers, tape.defined, tape.remembered, tape.first, tape.rows),
-            (tape.inner, tape.sections, tape.integrated, float(self.data.sampling_time), self.model.substeps),
+            (
+                tape.inner,
+                tape.sections,
+                tape.integrated,
+                float(self.model.sampling_time or self.data.sampling_time),
+                self.model.substeps,
+            ),
             (self.initial[e], self._outputs, states, tape.constraints),
             start,
             data,

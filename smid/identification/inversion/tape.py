@@ -294,8 +294,10 @@ def tape_of(model: Model) -> Tape:
     # In the order in which they are made.
     order = sorted(range(len(writer.entries)), key=lambda k: writer.entries[k][0])
     place = {old: new for new, old in enumerate(order)}
-    table = [np.array([_placed(writer.entries[k][1], place) for k in order if writer.entries[k][0] == when],
-                      dtype=np.int64).reshape(-1, 4) for when in (_ONCE, _EACH, _INNER)]
+    once, each, inner = (
+        np.array([_placed(own, place) for k in order for level, own, _ in [writer.entries[k]] if level == when])
+        for when in (_ONCE, _EACH, _INNER)
+    )
     first, states = first_samples(lines), state_lags(lines)
     lags = [(name, lag) for line in lines for name, lag in line.reads]
     return Tape(
@@ -303,7 +305,9 @@ def tape_of(model: Model) -> Tape:
         signals,
         tuple(name.removesuffix(_SEEN) for name in writer.channels),
         np.array([name.endswith(_SEEN) for name in writer.channels]),
-        *table,
+        once.astype(np.int64).reshape(-1, 4),
+        each.astype(np.int64).reshape(-1, 4),
+        inner.astype(np.int64).reshape(-1, 4),
         np.array(counts, dtype=np.int64),
         np.array([[place[k] for k in own] for own in integrated], dtype=np.int64).reshape(-1, 6),
         np.array([writer.entries[k][2] for k in order]),

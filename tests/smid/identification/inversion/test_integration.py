@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
 from relaxations.algebra.affine_arithmetic import CENTRE, HIGH, LOW, RADIUS, SLOPES, between
-from smid import Dataset, ModelError, OwnModel, error_bound, identify
+from smid import Dataset, ModelError, NotProvenError, OwnModel, error_bound, identify, verify
 from smid.identification.inversion.integration import _phi, _phi_of
 from smid.identification.inversion.record import Record
-from smid.models import Reactor, RotatingArm
+from smid.models import RotatingArm
+from smid.models.simulate import simulate
 from smid.theses.hybrid.arm.exact_motion import exact_motion
 
 N, BOUND = 25, 0.01
@@ -57,7 +58,7 @@ def arm(u, p, start, dt):
 
 
 def switched(u, p, start, dt):
-    """Return the level of a tank with a pump that is on below a level: it slides along that where pump and leak meet."""
+    """Return the level of a tank with a pump that is on below a level, and slides along that."""
     h = [start[0]]
     for held in u[:-1]:
         x, left = h[-1], dt
@@ -197,3 +198,80 @@ def test_at_a_point_it_is_narrow(name, seed):
         if which == 0:
             assert form[RADIUS] <= 1e-3 + 2e-3, (now, states)
             assert abs(abs(form[CENTRE]) - abs(states[now, 0] - measured[now])) <= form[RADIUS] - 1e-3 + 1e-9
+
+
+def phi(z, k):
+    return quad(lambda s: math.exp(z * (1 - s)) * s ** (k - 1) / math.factorial(k - 1), 0, 1, epsabs=0, epsrel=1e-12)[0]
+
+
+@settings(deadline=None)
+@given(st.floats(-60, 20), st.floats(0, 8), st.floats(0, 1), st.sampled_from([1, 2, 3]))
+def test_phi_of_a_form_holds_its_values(low, width, share, k):
+    w = np.zeros((2, 5))
+    between(w, 0, low, low + width)
+    w[0, SLOPES], w[0, RADIUS] = w[0, RADIUS], 0.0
+    _phi_of(w, 1, 0, k)
+    z = low + share * width
+    value = phi(z, k)
+    assert _phi(z, k) == pytest.approx(value, rel=1e-10)
+    e = (z - w[0, CENTRE]) / w[0, SLOPES] if w[0, SLOPES] else 0.0
+    slack = 1e-10 * (value + abs(w[1, SLOPES]))
+    assert abs(w[1, CENTRE] + w[1, SLOPES] * e - value) <= w[1, RADIUS] + slack
+    assert w[1, LOW] - slack <= value <= w[1, HIGH] + slack
+
+
+LINEAR = OwnModel(
+    ["d/dt h = a*h + b*u"], {"y": "h"}, ["u"], {"a": (-2e3, 2), "b": (-9, 9)}, scheme="enclosed", substeps=3
+)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.floats(-7, 0.7), st.floats(-5, 5), st.floats(0, 1), st.sampled_from([0.0, 1e-6, 0.01, 0.3]))
+def test_a_linear_rate_is_enclosed_as_its_closed_solution(size, b, share, width):
+    a = -math.exp(-size) if size < 0 else size
+    dt, u, h = 0.5, [1.0, -1.0, 0.5, 2.0], [0.4]
+    for held in u[:-1]:
+        h.append(h[-1] * math.exp(a * dt) + b * held * math.expm1(a * dt) / a if a else h[-1] + b * held * dt)
+    data = Dataset.from_arrays(input={"u": u}, output={"y": h}, sampling_time=dt)
+    record = Record(LINEAR, data, {"y": 1e-6})
+    point, reach = np.array([a, b, 0.4]), width * np.array([abs(a), 0.1 + abs(b), 0.0])
+    lower, upper = (
+        np.maximum(point - share * reach, record.lower),
+        np.minimum(point + (1 - share) * reach, record.upper),
+    )
+    rows = record.rows(lower, upper)
+    assert rows.impossible < 0
+    left = rows.centre + rows.slopes @ ((point - 0.5 * (lower + upper)) / np.maximum(0.5 * (upper - lower), 1e-300))
+    assert np.all(np.abs(left) <= rows.radius + 1e-12 * (1 + np.abs(rows.slopes).sum(axis=1)))
+    assert record.fits(point)  # however stiff: the enclosure is that of the exponential
+
+
+def test_the_intervals_hold_for_the_equation():
+    equations, boxes = ["d/dt h = b*u - g*sqrt(h)"], {"b": (0.5, 1), "g": (0.1, 0.5)}
+    make = partial(OwnModel, equations, {"y": "h"}, ["u"], boxes, sampling_time=2.0)
+    rng = np.random.default_rng(2)
+    u = np.repeat(rng.uniform(0.1, 1, 6), 4)
+    truth = {"b": 0.8, "g": 0.4}
+    h = by_scipy(lambda x, u: [truth["b"] * u - truth["g"] * math.sqrt(x[0])], u, [0.3], 2.0)[:, 0]
+    y = h + rng.uniform(-1e-3, 1e-3, len(u))
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=2.0)
+    found = identify(make(scheme="enclosed", substeps=20), data, 1e-3, tolerance=0.2, seconds=60)
+    assert found.reason.name == "TIGHT"
+    assert all(i.lower <= truth[i.name] <= i.upper for i in found)
+    with pytest.raises(ModelError, match="no certificate can be written for the scheme 'enclosed'"):
+        identify(make(scheme="enclosed"), data, 1e-3, certificate="proof.json")
+
+
+def test_what_needs_polynomials_refuses_a_differential_equation(tmp_path):
+    make = partial(OwnModel, ["d/dt h = b*u - h"], {"y": "h"}, ["u"], {"b": (0, 2)}, sampling_time=0.5)
+    model, u = make(scheme="enclosed"), np.array([1.0, 0, 1, 1, 0, 0, 1, 0])
+    assert "integrated by rk4, the remainder enclosed, 1 step per sample" in str(model)
+    y = simulate(model, {"u": u}, {"b": 1.0})["y"]
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=0.5)
+    for refused in (lambda: identify(model, data, 0.1, method="lift"), lambda: error_bound(model, data)):
+        with pytest.raises(ModelError, match=r"is about its differential equation.*method='inversion'"):
+            refused()
+    identify(make(), data, 0.1, method="inversion", certificate=tmp_path / "proof.json")
+    verify(tmp_path / "proof.json", data, make())
+    with pytest.raises(NotProvenError, match="the proof is about lines of samples"):
+        verify(tmp_path / "proof.json", data, model)
