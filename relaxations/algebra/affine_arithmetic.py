@@ -40,23 +40,35 @@ _Function = TypeVar("_Function", bound=Callable[..., object])
 
 
 # Numba keeps the code of a function until the function's own file changes, whatever becomes of the functions here that
-# it calls. So what is kept lies in a folder named after the content of this file, and of the one with its constants.
+# it calls. So what is kept lies in a folder named after the content of this file, of the one with its constants, and of
+# all others with functions that are called.
 _FILES = (Path(__file__), Path(__file__).with_name("ball_arithmetic.py"))
-_CONTENT = hashlib.sha256(b"".join(file.read_bytes() for file in _FILES)).hexdigest()[:16]
 
 
-def compiled(function: _Function) -> _Function:
-    """Return a function as machine code; a division by zero gives an infinite result, as for arrays.
+def compiling(*files: str) -> Callable[[_Function], _Function]:
+    """Return a decorator that makes machine code of a function; a division by zero gives an infinite result.
 
-    What it uses must be of these files or of its own: a change elsewhere would not be noticed.
+    Parameters
+    ----------
+    files
+        Those with functions that the function calls, beside this one and its own: a change elsewhere would not be
+        noticed.
     """
-    config: Any = numba.config
-    given = config.CACHE_DIR
-    config.CACHE_DIR = str(Path(given or Path(__file__).parent / "__pycache__") / _CONTENT)
-    try:
-        return cast(_Function, numba.njit(cache=True, error_model="numpy")(function))
-    finally:
-        config.CACHE_DIR = given
+    content = hashlib.sha256(b"".join(file.read_bytes() for file in (*_FILES, *map(Path, files)))).hexdigest()[:16]
+
+    def compiled(function: _Function) -> _Function:
+        config: Any = numba.config
+        given = config.CACHE_DIR
+        config.CACHE_DIR = str(Path(given or Path(__file__).parent / "__pycache__") / content)
+        try:
+            return cast(_Function, numba.njit(cache=True, error_model="numpy")(function))
+        finally:
+            config.CACHE_DIR = given
+
+    return compiled
+
+
+compiled = compiling()
 
 
 class Function(IntEnum):

@@ -135,6 +135,8 @@ def is_polynomial(model: Model) -> bool:
     >>> is_polynomial(OwnModel(["h[t] = h[t-1] - c*sqrt(h[t-1])"], ["h"], [], {"c": (0, 1)}))
     False
     """
+    if model.enclosed:
+        return False
     lines = model.discretised().lines
     if any(_is_curved(line.expression) for line in lines):  # sympy would take minutes of a long line to find this
         return False
@@ -156,6 +158,11 @@ def templates(model: Model) -> tuple[Template, ...]:
 
     ModelError if a line is not a polynomial in parameters, noises, latent signals and kinks.
     """
+    if model.enclosed:
+        raise NotPolynomialError(
+            f"the scheme {model.scheme!r} of model {model.name!r} is about its differential equation, which has no "
+            "polynomials: give method='inversion', or choose another scheme"
+        )
     first, model = first_instants(model), without_hidden_states(model)
     kept, static = _split(model)
     curved = _curved_sensors(model)

@@ -158,7 +158,8 @@ def identify(
         anything beyond the priors was proven. It is checked on the way, as ``python -m relaxations.check FILE`` does
         again; at a thousand samples that takes half a minute. Outputs that share nothing are then proven together
         (:mod:`smid.identification.separated`), which takes longer. After an inversion the ends are those that the
-        checker's arithmetic gives, which differ from those without a file by little.
+        checker's arithmetic gives, which differ from those without a file by little. There is none for a model of the
+        scheme "enclosed".
     windows
         Prove the intervals of a long record on the windows that hold their ends (:mod:`smid.identification.windows`),
         where method and order are not asked for. They hold for the whole record; false proves them on all samples.
@@ -188,6 +189,11 @@ def identify(
     data = as_dataset(data, model)
     model, kept = bind(model, data), certificate is not None
     check_data(model, data)
+    if kept and model.enclosed:
+        raise ModelError(
+            f"no certificate can be written for the scheme {model.scheme!r}: the checker does not integrate. Leave the "
+            "certificate out, or choose another scheme, whose intervals are those of its discretisation"
+        )
     bounds = check_noise_bound(model, noise_bound, None)
     automatic = method == "auto" and order is None
 

@@ -34,19 +34,22 @@ from sympy.core.function import Application
 
 from smid.models.parts import Line
 from smid.models.structure import groups
-from smid.models.symbols import number, references, signal, swapped, t
+from smid.models.symbols import number, plain_symbols, references, signal, swapped, t
 
-__all__ = ["SCHEMES", "discretise"]
+__all__ = ["ENCLOSED", "SCHEMES", "discretise", "held_rates", "summed"]
 
 _HALF = sympy.Rational(1, 2)
+
+_RK4 = (_HALF, _HALF, sympy.Integer(1)), tuple(sympy.Rational(weight, 6) for weight in (1, 2, 2, 1))
+
+ENCLOSED = "enclosed"
+"""The scheme whose intervals hold for the differential equation itself; it is simulated by rk4."""
 
 SCHEMES: dict[str, tuple[tuple[sympy.Expr, ...], tuple[sympy.Expr, ...]]] = {
     "euler": ((), (sympy.Integer(1),)),
     "trapezoidal": ((sympy.Integer(1),), (_HALF, _HALF)),
-    "rk4": (
-        (_HALF, _HALF, sympy.Integer(1)),
-        tuple(sympy.Rational(weight, 6) for weight in (1, 2, 2, 1)),
-    ),
+    "rk4": _RK4,
+    ENCLOSED: _RK4,
 }
 """Per scheme: how far along the slope before it each further slope is taken, and the weights of the slopes.
 
@@ -74,12 +77,11 @@ def discretise(
     >>> print(discretise([Line(x[t], u[t] - x[t] ** 2, rate=True)], "euler", 1, 0.5)[0].expression)
     u[t - 1]/2 - x[t - 1]**2/2 + x[t - 1]
     """
-    known = {line.signal: swapped(line.expression, fixed or {}) for line in lines}
-    plain = [Line(line.target, known[line.signal]) for line in lines if not line.rate]
-    states = [line.signal for line in lines if line.rate]
+    lines = [Line(line.target, swapped(line.expression, fixed or {}), line.rate) for line in lines]
+    plain, rates = [line for line in lines if not line.rate], held_rates(lines)
+    states = list(rates)
     if not states:
         return tuple(plain)
-    rates = _held({name: known[name] for name in states}, plain)
     step = number(sampling_time) / substeps
     if len(states) == 1:
         name = states[0]
@@ -90,8 +92,17 @@ def discretise(
     return (*plain, *_steps(states, rates, scheme, substeps, step, names))
 
 
-def _held(rates: Mapping[str, sympy.Expr], plain: Sequence[Line]) -> dict[str, sympy.Expr]:
-    """Write rates in ``x[t]``, the state at the stage, and in samples at t-1 and before."""
+def held_rates(lines: Sequence[Line]) -> dict[str, sympy.Expr]:
+    """Return the rates, written in ``x[t]``, the state at the stage, and in samples at t-1 and before.
+
+    Examples
+    --------
+    >>> x, u = signal("x"), signal("u")
+    >>> held_rates([Line(x[t], u[t] - x[t], rate=True)])
+    {'x': u[t - 1] - x[t]}
+    """
+    plain = [line for line in lines if not line.rate]
+    rates = {line.signal: line.expression for line in lines if line.rate}
     memory = {line.signal for group, recursive in groups(plain) if recursive for line in group}
     moving: dict[sympy.Expr, sympy.Expr] = {}
     for line in plain:
@@ -108,6 +119,25 @@ def _held(rates: Mapping[str, sympy.Expr], plain: Sequence[Line]) -> dict[str, s
         }
         result[name] = swapped(inlined, earlier)
     return result
+
+
+def summed(lines: Sequence[Line]) -> tuple[Line, ...]:
+    """Return lines that read what the solutions of the rates read, and at which samples: a sum for each solution.
+
+    Examples
+    --------
+    >>> x, u = signal("x"), signal("u")
+    >>> print(summed([Line(x[t], u[t] - x[t] ** 2, rate=True)])[0])
+    x[t] = u[t - 1] + x[t - 1]
+    """
+    sums = {
+        name: sympy.Add(
+            *{signal(read)[t - max(lag, 1)] for read, lag in {*references(rate), (name, 1)}},
+            *(sympy.Symbol(parameter, real=True) for parameter in plain_symbols(rate)),
+        )
+        for name, rate in held_rates(lines).items()
+    }
+    return tuple(Line(line.target, sums.get(line.signal, line.expression)) for line in lines)
 
 
 def _affine(name: str, rate: sympy.Expr, slope: sympy.Expr, scheme: str, substeps: int, step: sympy.Expr) -> sympy.Expr:

@@ -94,7 +94,8 @@ class Equations:
 def _integration(model: Model) -> str:
     steps = "1 step" if model.substeps == 1 else f"{model.substeps} steps"
     interval = "" if model.sampling_time is None else f" of {model.sampling_time:g} s"
-    return f"integrated by {model.scheme}, {steps} per sample{interval}, inputs held"
+    how = "by rk4, the remainder enclosed" if model.enclosed else f"by {model.scheme}"
+    return f"integrated {how}, {steps} per sample{interval}, inputs held"
 
 
 def _latex(expression: sympy.Expr) -> str:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from smid.models import edit_lines, edit_parameters
 from smid.models.checks import check_integration, check_names, check_symbols
-from smid.models.discretise import discretise
+from smid.models.discretise import ENCLOSED, discretise
 from smid.models.equations import Equations
 from smid.models.errors import ModelError
 from smid.models.expressions import from_text, to_text
@@ -50,7 +50,10 @@ class Model:
     description
         A sentence for the reader.
     scheme
-        How rate lines are integrated between samples: "euler", "trapezoidal" (explicit) or "rk4".
+        How rate lines are integrated between samples: "euler", "trapezoidal" (explicit) or "rk4". Intervals hold for
+        this discretisation. With "enclosed" they hold for the differential equation itself: they are computed by
+        inversion (:mod:`smid.identification.inversion`), with the remainder of each step enclosed; everything else is
+        simulated by "rk4".
     substeps
         Steps of the scheme per sampling interval.
     sampling_time
@@ -197,8 +200,13 @@ class Model:
         """Whether any line is a rate."""
         return any(line.rate for line in self.lines)
 
+    @property
+    def enclosed(self) -> bool:
+        """Whether intervals hold for the differential equation itself."""
+        return self.continuous and self.scheme == ENCLOSED
+
     def discretised(self) -> Model:
-        """Return the equivalent model of plain lines, which is what is simulated and bounded.
+        """Return the equivalent model of plain lines, which is what is simulated and, unless `enclosed`, bounded.
 
         Parameters whose box is one point are put into its lines as numbers, which can make them linear or polynomial;
         they stay among its parameters.

@@ -130,6 +130,11 @@ def verify(
         _compare_data(origin["data"], data)
         if model is not None:
             own = bind(model, data)
+            if own.enclosed:
+                raise NotProvenError(
+                    f"{proof}: the proof is about lines of samples, and model {own.name!r} about its differential "
+                    f"equation (scheme {own.scheme!r})"
+                )
             _compare_models(origin["model"], statement_of(own, data) if of_run else model_statement(own))
         if noise_bound is not None:
             _compare_bounds(origin["noise_bounds"], noise_bound)

@@ -18,7 +18,6 @@ W. Kuehn, "Rigorously computed orbits of dynamical systems without the wrapping 
 from __future__ import annotations
 
 import math
-from enum import IntEnum
 
 import numpy as np
 
@@ -26,120 +25,24 @@ from relaxations.algebra.affine_arithmetic import (
     HIGH,
     LOW,
     RADIUS,
-    Function,
-    add,
-    apply,
-    compiled,
+    compiling,
     copy,
-    hull,
     interval,
-    larger,
-    linear,
-    multiply,
     nothing_known,
     spread,
 )
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON
-
-
-class Operation(IntEnum):
-    """What a line of the tape does to the forms it names."""
-
-    NUMBER = 0  # number, its error
-    PARAMETER = 1  # place of the parameter
-    CHANNEL = 2  # place of the channel, lag
-    PAST = 3  # place of the signal, lag
-    ADD = 4
-    SUBTRACT = 5
-    MULTIPLY = 6
-    SCALE = 7  # form; number
-    APPLY = 8  # form, function; exponent
-    CHOOSE = 9  # condition, form where it is not negative, form elsewhere; 1 if zero is elsewhere, too
-    LARGER = 10
-    DEFINE = 11  # form; one for each signal, so that its initial samples can take its place
-
+from smid.identification.inversion import integration, operations
+from smid.identification.inversion.integration import further_symbols, integrate
+from smid.identification.inversion.operations import Operation, operate
 
 NO_SAMPLE, ZERO = -2, -1
 """In place of an initial sample: there is none, or it is zero."""
 
-_UNDEFINED_BELOW_ZERO = (int(Function.ROOT), int(Function.LOG), int(Function.POWER))
-_RECIPROCAL = int(Function.RECIPROCAL)
-_NUMBER, _PARAMETER, _CHANNEL, _PAST, _ADD, _SUBTRACT, _MULTIPLY, _SCALE, _APPLY, _CHOOSE, _LARGER, _DEFINE = map(
-    int, Operation
-)
+_SOLUTION = int(Operation.SOLUTION)
 
-
-@compiled
-def _unknown(forms: Array, a: int) -> bool:
-    """Return whether neither end of a form is known."""
-    return bool(forms[a, LOW] == -math.inf and forms[a, HIGH] == math.inf)
-
-
-@compiled
-def _may_be_undefined(entry: Index, forms: Array) -> bool:
-    """Return whether an operation reads a number that may not be real, or may give one."""
-    operation, a, b = entry[0], entry[1], entry[2]
-    if operation == _APPLY:
-        if b == _RECIPROCAL and forms[a, LOW] <= 0.0 <= forms[a, HIGH]:
-            return True
-        return _unknown(forms, a) or (b in _UNDEFINED_BELOW_ZERO and forms[a, LOW] < 0.0)
-    if operation == _MULTIPLY:
-        return _unknown(forms, a) or _unknown(forms, b)
-    return operation == _CHOOSE and _unknown(forms, a)
-
-
-@compiled
-def _operate(
-    entry: Index,
-    number: Array,
-    to: int,
-    forms: Array,
-    start: Array,
-    past: Array,
-    data: Array,
-    noise: Array,
-    now: int,
-    defined_only: bool,
-) -> None:
-    """Write one form of the tape; nothing is known where it must be defined and may not be."""
-    operation, a, b, c = entry[0], entry[1], entry[2], entry[3]
-    if defined_only and _may_be_undefined(entry, forms):
-        nothing_known(forms, to)
-    elif operation == _NUMBER:
-        interval(forms, to, number[0], number[1])
-    elif operation == _PARAMETER:
-        copy(forms, to, start, a)
-    elif operation == _CHANNEL:
-        if now >= b and math.isfinite(data[a, now - b]):
-            interval(forms, to, data[a, now - b], noise[a])
-        else:
-            nothing_known(forms, to)
-    elif operation == _PAST:
-        if now >= b:
-            copy(forms, to, past[a], (now - b) % past.shape[1])
-        else:
-            nothing_known(forms, to)
-    elif operation == _ADD:
-        add(forms, to, a, b, 1.0)
-    elif operation == _SUBTRACT:
-        add(forms, to, a, b, -1.0)
-    elif operation == _MULTIPLY:
-        multiply(forms, to, a, b)
-    elif operation == _LARGER:
-        larger(forms, to, a, b)
-    elif operation == _SCALE:
-        linear(forms, to, a, number[0], 0.0, 0.0)
-    elif operation == _DEFINE:
-        copy(forms, to, forms, a)
-    elif operation == _APPLY:
-        apply(forms, to, a, b, number[0])
-    elif forms[a, LOW] > 0.0 or (forms[a, LOW] == 0.0 and number[0] == 0.0):
-        copy(forms, to, forms, b)
-    elif forms[a, HIGH] < 0.0 or (forms[a, HIGH] == 0.0 and number[0] == 1.0):
-        copy(forms, to, forms, c)
-    else:
-        hull(forms, to, b, c)
+compiled = compiling(operations.__file__, integration.__file__)
 
 
 @compiled
@@ -172,6 +75,7 @@ def _keep(target: Array, to: int, forms: Array, a: int) -> None:
 @compiled
 def enclose_run(
     tape: tuple[Index, Index, Array, Index, Mask, Index, Index, Index],
+    rates: tuple[Index, Index, Index, float, int],
     places: tuple[Index, Index, Index, Index, Index],
     start: Array,
     data: Array,
@@ -190,6 +94,8 @@ def enclose_run(
     ----------
     tape
         What :class:`.tape.Tape` calls once, each, numbers, defined, remembered, first, rows and shared.
+    rates
+        What it calls inner, sections and integrated; the sampling time, and steps between two samples.
     places
         For each signal and sample which unknown the initial sample is, `ZERO` or `NO_SAMPLE`; for each measured
         output the place of its channel, and of its state (-1: not shown as it is); the form of each constraint; the
@@ -213,15 +119,21 @@ def enclose_run(
     """
     once, each, numbers, defined, remembered, first, rows, shared = tape
     initial, row_channels, row_signals, constraints, links = places
-    signals, n, width = defined.shape[0], data.shape[1], start.shape[1]
-    kept_from = width - kept
+    unknowns, signals, n = start.shape[0], defined.shape[0], data.shape[1]
+    inner, sections, integrated, interval_length, substeps = rates
+    kept_from = start.shape[1] - kept
     shared_from = kept_from - shared.shape[0]
+    # Integration has further symbols within one interval.
+    width = start.shape[1] + further_symbols(inner, integrated.shape[0])
+    unknown = np.zeros((unknowns, width))
+    unknown[:, : start.shape[1]] = start
+    stage = np.zeros((integrated.shape[0], width))
     forms = np.zeros((numbers.shape[0], width))
     past = np.zeros((signals, depth + 1, width))
     flat = past.reshape(signals * (depth + 1), width)
     # What parameters alone decide.
     for k in range(once.shape[0]):
-        _operate(once[k], numbers[k], k, forms, start, past, data, noise, 0, defined_only)
+        operate(once[k], numbers[k], k, forms, unknown, past, stage, data, noise, 0, defined_only)
         for place in range(shared.shape[0]):
             if shared[place] == k:
                 _named(forms, k, shared_from + place)
@@ -233,13 +145,31 @@ def enclose_run(
         signal = 0
         for k in range(each.shape[0]):
             to = once.shape[0] + k
-            _operate(each[k], numbers[to], to, forms, start, past, data, noise, now, defined_only)
+            if each[k, 0] == _SOLUTION and each[k, 1] == 0:
+                integrate(
+                    inner,
+                    numbers,
+                    once.shape[0] + each.shape[0],
+                    sections,
+                    integrated,
+                    forms,
+                    unknown,
+                    past,
+                    stage,
+                    data,
+                    noise,
+                    now,
+                    defined_only,
+                    interval_length,
+                    substeps,
+                )
+            operate(each[k], numbers[to], to, forms, unknown, past, stage, data, noise, now, defined_only)
             while signal < signals and defined[signal] <= to:
                 own = defined[signal]
                 if now < first[signal]:
                     place = initial[signal, now] if now < initial.shape[1] else NO_SAMPLE
                     if place >= 0:
-                        copy(forms, own, start, place)
+                        copy(forms, own, unknown, place)
                     elif place == ZERO:
                         interval(forms, own, 0.0, 0.0)
                     else:

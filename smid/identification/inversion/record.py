@@ -135,7 +135,8 @@ class Record:
     """
 
     def __init__(self, model: Model, data: Dataset, bounds: Mapping[str, float]) -> None:
-        self.model, self.data = distributed(at_sampling_time(model, data.sampling_time).discretised()), data
+        model = at_sampling_time(model, data.sampling_time)
+        self.model, self.data = distributed(model if model.enclosed else model.discretised()), data
         model, runs, bounds = _with_bounds_measured(self.model, data, bounds)
         self.tape = tape = tape_of(model)
         noise = {m.channel: bounds[m.channel] for m in model.measurements if m.noise is not None}
@@ -308,6 +309,13 @@ class Record:
         constraints, linked = np.zeros((len(tape.constraints), width)), np.zeros((len(piece.links), width))
         enclose_run(
             (tape.once, tape.each, tape.numbers, tape.defined, tape.remembered, tape.first, tape.rows, tape.shared),
+            (
+                tape.inner,
+                tape.sections,
+                tape.integrated,
+                float(self.model.sampling_time or self.data.sampling_time),
+                self.model.substeps,
+            ),
             (piece.initial, self._outputs, states, tape.constraints, piece.links),
             start,
             data,

@@ -6,7 +6,7 @@ through time.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import reduce
 
@@ -17,8 +17,10 @@ from sympy.core.relational import Relational
 from relaxations.algebra.affine_arithmetic import Function
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
-from smid.identification.inversion.free_run import Operation
+from smid.identification.inversion.operations import Operation
+from smid.identification.inversion.rates import Rates
 from smid.models import Model, ModelError
+from smid.models.discretise import summed
 from smid.models.parts import Line, Measurement
 from smid.models.structure import causal_order, first_samples, is_clock, state_lags
 from smid.models.symbols import VALUE, references, signal, t
@@ -38,11 +40,15 @@ _FUNCTIONS = {
     sympy.Abs: Function.ABS,
 }
 _SEEN = "~"  # no name holds it
+_ONCE, _EACH, _INNER = range(3)
+"""When an operation is made: for a box, at each sample, or at each stage of a step of the integration."""
 _READS = {
     Operation.NUMBER: 0,
     Operation.PARAMETER: 0,
     Operation.CHANNEL: 0,
     Operation.PAST: 0,
+    Operation.STAGE: 0,
+    Operation.SOLUTION: 0,
     Operation.SCALE: 1,
     Operation.DEFINE: 1,
     Operation.APPLY: 1,
@@ -66,9 +72,14 @@ class Tape:
     seen
         Whether each channel is read less its noise, as a sensor's; a channel of the data that a line reads is exact.
     once, each
-        Shape (n, 4) each: an operation and up to three places that it reads. The k-th of both together writes form k.
+        Shape (n, 4) each: an operation and up to three places that it reads. The k-th of both together, and of inner,
+        writes form k.
+    inner
+        Operations at a stage of a step of the integration, shape (n, 4); none for a model without rates.
+    sections, integrated
+        See :func:`.integration.integrate`.
     numbers
-        Shape (n_once + n_each, 2).
+        Shape (n_once + n_each + n_inner, 2).
     defined
         Form of each signal at the present sample.
     remembered
@@ -99,6 +110,9 @@ class Tape:
     seen: Mask
     once: Index
     each: Index
+    inner: Index
+    sections: Index
+    integrated: Index
     numbers: Array
     defined: Index
     remembered: Mask
@@ -122,24 +136,25 @@ class _Writer:
         self.channels: dict[str, int] = {}
         self.known: dict[object, int] = {}
         self.now: dict[str, int] = {}
-        self.entries: list[tuple[bool, tuple[int, int, int, int], tuple[float, float]]] = []
+        self.stages: dict[sympy.Symbol, int] = {}
+        self.entries: list[tuple[int, tuple[int, int, int, int], tuple[float, float]]] = []
 
     def put(
-        self, operation: Operation, *places: int, number: float = 0.0, error: float = 0.0, fixed: bool = False
+        self, operation: Operation, *places: int, number: float = 0.0, error: float = 0.0, when: int = _EACH
     ) -> int:
         padded = (int(operation), *places, *[0] * (3 - len(places)))
         key = (padded, number, error)
         if key not in self.known:
-            self.entries.append((fixed, (padded[0], padded[1], padded[2], padded[3]), (number, error)))
+            self.entries.append((when, (padded[0], padded[1], padded[2], padded[3]), (number, error)))
             self.known[key] = len(self.entries) - 1
         return self.known[key]
 
     def of(self, operation: Operation, *forms: int, number: float = 0.0) -> int:
-        """Put an operation on forms: it is fixed if they all are."""
-        return self.put(operation, *forms, number=number, fixed=all(self.entries[k][0] for k in forms))
+        """Put an operation on forms: it is made when the last of them is."""
+        return self.put(operation, *forms, number=number, when=max(self.entries[k][0] for k in forms))
 
     def apply(self, function: Function, a: int, exponent: float = 0.0) -> int:
-        return self.put(Operation.APPLY, a, int(function), number=exponent, fixed=self.entries[a][0])
+        return self.put(Operation.APPLY, a, int(function), number=exponent, when=self.entries[a][0])
 
     def number(self, value: sympy.Expr) -> int:
         nearest = float(value)
@@ -147,7 +162,7 @@ class _Writer:
             raise ModelError(f"a line of the model holds {value}: give a finite number")
         is_exact = value.is_Rational and sympy.Rational(nearest) == value
         error = 0.0 if is_exact else abs(nearest) * 2 * EPSILON + TINY
-        return self.put(Operation.NUMBER, number=nearest, error=error, fixed=True)
+        return self.put(Operation.NUMBER, number=nearest, error=error, when=_ONCE)
 
     def write(self, node: sympy.Basic) -> int:
         """Return the form of an expression, with its operations if there are none yet."""
@@ -157,7 +172,9 @@ class _Writer:
 
     def _written(self, node: sympy.Basic) -> int:
         if node in self.parameters:
-            return self.put(Operation.PARAMETER, self.parameters[node], fixed=True)
+            return self.put(Operation.PARAMETER, self.parameters[node], when=_ONCE)
+        if node in self.stages:
+            return self.put(Operation.STAGE, self.stages[node], when=_INNER)
         if isinstance(node, sympy.Indexed):
             return self._read(node)
         if node.is_number:
@@ -186,8 +203,8 @@ class _Writer:
         )
 
     def _sorted(self, nodes: tuple[sympy.Basic, ...]) -> list[int]:
-        """Return the forms of expressions, the fixed ones first, so that they are joined once."""
-        return sorted(map(self.write, nodes), key=lambda k: not self.entries[k][0])
+        """Return the forms of expressions, those made first first, so that they are joined as seldom as possible."""
+        return sorted(map(self.write, nodes), key=lambda k: self.entries[k][0])
 
     def _scaled(self, a: int, factor: float) -> int:
         return self.of(Operation.SCALE, a, number=factor)
@@ -253,7 +270,7 @@ class _Writer:
 
 
 def tape_of(model: Model) -> Tape:
-    """Return the tape of a model without rate lines.
+    """Return the tape of a model; lines in derivatives are integrated.
 
     Raises
     ------
@@ -261,20 +278,29 @@ def tape_of(model: Model) -> Tape:
         For a function without an enclosure.
     """
     read = {m.signal: m for m in reversed(model.measurements) if m.signal in model.inputs}
-    lines = causal_order((*(Line(signal(name)[t], _seen(m)) for name, m in read.items()), *model.lines))
+    rates = Rates.of(model.lines)
+    seen = (Line(signal(name)[t], _seen(m)) for name, m in read.items())
+    lines = causal_order((*seen, *summed(model.lines)))
     parameters, signals = tuple(p.name for p in model.parameters), tuple(line.signal for line in lines)
     writer = _Writer(parameters, signals)
     constraints = [writer.write(constraint) for constraint in model.constraints]
+    integrated, counts = _integrated(writer, rates)
     for line in lines:
-        form = writer.write(line.expression)
+        if line.signal in rates.states:
+            form = writer.put(Operation.SOLUTION, rates.states.index(line.signal))
+        else:
+            form = writer.write(line.expression)
         writer.now[line.signal] = writer.put(Operation.DEFINE, form, writer.signals[line.signal])
     outputs = [m for m in model.measurements if read.get(m.signal) is not m]
     rows = [writer.write(signal(m.signal)[t] - _seen(m)) for m in outputs]
-    # The fixed operations come first.
-    order = sorted(range(len(writer.entries)), key=lambda k: not writer.entries[k][0])
+    # In the order in which they are made.
+    order = sorted(range(len(writer.entries)), key=lambda k: writer.entries[k][0])
     place = {old: new for new, old in enumerate(order)}
-    table = [_placed(writer.entries[k][1], place) for k in order]
-    count = sum(fixed for fixed, _, _ in writer.entries)
+    made = [(writer.entries[k][0], _placed(writer.entries[k][1], place)) for k in order]
+    once, each, inner = (
+        np.array([entry for level, entry in made if level == when], dtype=np.int64).reshape(-1, 4)
+        for when in (_ONCE, _EACH, _INNER)
+    )
     first, states = first_samples(lines), state_lags(lines)
     lags = [(name, lag) for line in lines for name, lag in line.reads]
     return Tape(
@@ -282,8 +308,11 @@ def tape_of(model: Model) -> Tape:
         signals,
         tuple(name.removesuffix(_SEEN) for name in writer.channels),
         np.array([name.endswith(_SEEN) for name in writer.channels]),
-        np.array(table[:count], dtype=np.int64).reshape(-1, 4),
-        np.array(table[count:], dtype=np.int64).reshape(-1, 4),
+        once,
+        each,
+        inner,
+        np.array(counts, dtype=np.int64),
+        np.array([[place[k] for k in own] for own in integrated], dtype=np.int64).reshape(-1, 6),
         np.array([writer.entries[k][2] for k in order]),
         np.array([place[writer.now[name]] for name in signals], dtype=np.int64),
         np.array([any(name == own and lag for name, lag in lags) for own in signals]),
@@ -295,15 +324,54 @@ def tape_of(model: Model) -> Tape:
         np.array([writer.channels[_name(m)] for m in outputs], dtype=np.int64),
         np.array([place[k] for k in rows], dtype=np.int64),
         np.array([place[k] for k in constraints], dtype=np.int64),
-        _shared(table, count),
+        _shared(once, np.concatenate([each, inner])),
     )
 
 
-def _shared(table: Sequence[tuple[int, ...]], count: int) -> Index:
-    """Return the fixed operations whose results others read, and which leave something over."""
+def _shared(once: Index, later: Index) -> Index:
+    """Return the operations on parameters alone whose results others read, and which leave something over."""
     bent = (Operation.MULTIPLY, Operation.APPLY, Operation.CHOOSE, Operation.LARGER)
-    read = {k for operation, *places in table[count:] for k in places[: _READS[Operation(operation)]] if k < count}
-    return np.array(sorted(k for k in read if table[k][0] in bent), dtype=np.int64)
+    read = {k for operation, *places in later.tolist() for k in places[: _READS[Operation(operation)]] if k < len(once)}
+    return np.array(sorted(k for k in read if once[k, 0] in bent), dtype=np.int64)
+
+
+def _integrated(writer: _Writer, rates: Rates) -> tuple[list[list[int]], list[int]]:
+    """Write what integration reads of each state, and return its forms, and how many operations there are after each.
+
+    The last ones give the states at the next sample.
+    """
+    writer.stages = {stage: k for k, stage in enumerate(rates.stages)}
+    zero, n = writer.number(sympy.Integer(0)), range(len(rates.states))
+
+    def total(terms: Iterable[int]) -> int:
+        return reduce(lambda a, b: writer.of(Operation.ADD, a, b), terms, zero)
+
+    def product(factor: sympy.Expr, *forms: int) -> Iterator[int]:
+        if factor != 0:
+            yield reduce(lambda a, b: writer.of(Operation.MULTIPLY, a, b), forms, writer.write(factor))
+
+    def count() -> int:
+        return sum(when == _INNER for when, _, _ in writer.entries)
+
+    begin = [writer.put(Operation.PAST, writer.signals[name], 1) for name in rates.states]
+    rate = [writer.write(own) for own in rates.rates]
+    counts = [count()]
+    slopes = rates.slopes
+    own = [writer.write(slopes[i][i]) for i in n]
+    others = [total(k for j in n if j != i for k in product(slopes[i][j], rate[j])) for i in n]
+    first = [total((others[i], *product(slopes[i][i], rate[i]))) for i in n]
+    counts.append(count())
+    second = [
+        total(
+            (
+                *(k for j in n if j != i for k in product(slopes[i][j], first[j])),
+                *(k for (j, m), bend in rates.bends[i].items() for k in product(bend, rate[j], rate[m])),
+            )
+        )
+        for i in n
+    ]
+    counts.append(count())
+    return [list(places) for places in zip(begin, rate, own, first, others, second, strict=True)], counts
 
 
 def _seen(measurement: Measurement) -> sympy.Expr:

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 import sympy
-from scipy.optimize import linprog
 
 from relaxations.algebra.affine_arithmetic import CENTRE, HIGH, LOW, RADIUS, SLOPES
 from smid import Dataset, Model, OwnModel, Parameter
 from smid.identification.inversion.record import Record
 from smid.models import Line, Measurement, signal, t
 from smid.models.simulate import simulate
+from tests.smid.identification.inversion.kept import is_kept
 
 x, v, u = signal("x"), signal("v"), signal("u")
 a, b = (sympy.Symbol(name, real=True) for name in "ab")
@@ -46,19 +46,6 @@ def posed(name, rng):
     measured[7] = np.nan
     data = Dataset.from_arrays(input={"u": inputs}, output={"y": measured}, sampling_time=1.0)
     return Record(model, data, {"y": 0.1}), truth, clean
-
-
-def is_kept(rows, point, lower, upper):
-    """Return whether a point keeps all rows, for one value of the symbols that they share."""
-    middle, half = 0.5 * lower + 0.5 * upper, np.maximum(0.5 * (upper - lower), 1e-300)
-    slopes = rows.slopes.toarray()
-    left = rows.centre + slopes[:, : len(point)] @ ((point - middle) / half)
-    reach, shared = rows.radius + 1e-12 * (1 + np.abs(slopes).sum(axis=1)), slopes[:, len(point) :]
-    if not shared.shape[1]:
-        return np.all(np.abs(left) <= reach)
-    sides = np.concatenate([reach - left, reach + left])
-    found = linprog(np.zeros(shared.shape[1]), np.vstack([shared, -shared]), sides, bounds=(-1, 1))
-    return found.status == 0
 
 
 @pytest.mark.parametrize(("seed", "symbols"), [(0, 40), (1, 40), (2, 0), (3, 1), (4, 3)])  # few: they are folded early
