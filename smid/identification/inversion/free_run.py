@@ -33,16 +33,17 @@ from relaxations.algebra.affine_arithmetic import (
 )
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON
-from smid.identification.inversion import integration, operations
-from smid.identification.inversion.integration import further_symbols, integrate
+from smid.identification.inversion import integration, operations, phi, stages
+from smid.identification.inversion.integration import integrate
 from smid.identification.inversion.operations import Operation, operate
+from smid.identification.inversion.stages import further_symbols
 
 NO_SAMPLE, ZERO = -2, -1
 """In place of an initial sample: there is none, or it is zero."""
 
 _SOLUTION = int(Operation.SOLUTION)
 
-compiled = compiling(operations.__file__, integration.__file__)
+compiled = compiling(operations.__file__, phi.__file__, stages.__file__, integration.__file__)
 
 
 @compiled

@@ -42,21 +42,20 @@ from relaxations.algebra.affine_arithmetic import (
     HIGH,
     LOW,
     RADIUS,
-    Function,
     add,
     between,
     compiling,
     copy,
-    hull,
-    interval,
     linear,
     multiply,
     nothing_known,
 )
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
-from smid.identification.inversion import operations
-from smid.identification.inversion.operations import Operation, may_be_undefined, operate
+from smid.identification.inversion import operations, stages
+from smid.identification.inversion import phi as functions
+from smid.identification.inversion.phi import STEEPEST, UP, phi, phi_of
+from smid.identification.inversion.stages import evaluate, fold, signs_among, taken
 
 LEVELS = 12
 """A step is halved at most so many times."""
@@ -64,181 +63,13 @@ LEVELS = 12
 _ATTEMPTS = 16  # for each step between two samples, and each level
 _TRIALS = 8  # of a box for a step
 _WIDER = 0.2  # share by which each is widened
-_UP = 1.0 + 128.0 * EPSILON  # covers the rounding of a few products, and of \phi
 _LEAVES = 1e-3  # share of the reach of a step by which a state that jumps hold back does not spread
 _HELD = 8  # values tried, beyond which a rate may lead back
-_STEEPEST = 50.0  # beyond, \phi is unbounded
-_ADD, _SUBTRACT, _MULTIPLY = int(Operation.ADD), int(Operation.SUBTRACT), int(Operation.MULTIPLY)
-_SCALE, _APPLY, _CHOOSE = int(Operation.SCALE), int(Operation.APPLY), int(Operation.CHOOSE)
-_SIGN, _FLOOR = int(Function.SIGN), int(Function.FLOOR)
-_STAGE = int(Operation.STAGE)
 
 BEGIN, RATE, OWN, FIRST, OTHERS, SECOND = range(6)
 """Forms of a state: its start, f_i, J_ii, f'_i, r_i and s_i."""
 
-compiled = compiling(operations.__file__)
-
-
-@compiled
-def _phi(z: float, k: int) -> float:
-    r"""Return \phi_k, within half of `_UP`."""
-    if z == -math.inf:
-        return 0.0
-    if abs(z) < 4.0:
-        # Sums of positive terms only: of z^j / (j + k)!, or of exp(z) (-z)^j / (j! (j + k) (k - 1)!).
-        factorial = 1.0
-        for n in range(2, k + 1):
-            factorial *= n
-        total, term, j = 0.0, 1.0 / factorial, 0
-        if z >= 0.0:
-            while term > 1e-18 * total:
-                total += term
-                j += 1
-                term *= z / (j + k)
-            return total
-        term *= k
-        while term > 1e-18 * total:
-            total += term / (j + k)
-            j += 1
-            term *= -z / j
-        return total * math.exp(z)
-    value = math.expm1(z)
-    if k == 1:
-        return value / z
-    return (value - z) / (z * z) if k == 2 else (value - z - 0.5 * z * z) / (z * z * z)
-
-
-@compiled
-def _phi_of(w: Array, to: int, a: int, k: int) -> None:
-    r"""Write \phi_k of a form: its tangent, within half of its largest second derivative times the square."""
-    low, high = w[a, LOW], w[a, HIGH]
-    if not high <= _STEEPEST:
-        nothing_known(w, to)
-        w[to, LOW] = 0.0
-        return
-    bottom, top = _phi(low, k) * (2.0 - _UP), _phi(high, k) * _UP
-    error = math.inf
-    if math.isfinite(low):
-        middle = 0.5 * low + 0.5 * high
-        half = max(high - middle, middle - low)
-        value = _phi(middle, k)
-        slope = value - k * _phi(middle, k + 1) if k < 3 else 0.0
-        # The second derivative is the integral of (1 - s)^2 exp(z (1 - s)) s^(k - 1) / (k - 1)! from 0 to 1.
-        bend = (1.0 / 3.0 if k == 1 else 1.0 / 12.0) * math.exp(max(high, 0.0))
-        if high < -1.0:
-            bend = min(bend, -2.0 / (high * high * high))
-        error = (0.5 * bend * half * half + 256.0 * EPSILON * (value * (1.0 + abs(middle) + half))) * _UP + TINY
-    if k < 3 and error < 0.5 * (top - bottom):
-        linear(w, to, a, slope, value - slope * middle, error)
-        w[to, LOW], w[to, HIGH] = max(w[to, LOW], bottom), min(w[to, HIGH], top)
-    else:
-        between(w, to, bottom, top)
-
-
-@compiled
-def _exact(forms: Array, a: int) -> bool:
-    """Return whether a form is one number."""
-    return bool(forms[a, LOW] == forms[a, HIGH])
-
-
-@compiled
-def _evaluate(
-    program: tuple[Index, Array, int, int],
-    until: int,
-    forms: Array,
-    jumps: Mask,
-    stage: Array,
-    known: tuple[Array, Array, Array, Array, int, bool],
-) -> None:
-    """Write forms of the rates at a stage, and whether each may jump there.
-
-    A sign that is not decided is a symbol. A jump counts where its argument may be zero, whatever the value at zero is.
-    What is multiplied by zero does not jump: friction of sliding where the mass sticks.
-    """
-    inner, numbers, base, signs = program
-    start, past, data, noise, now, defined_only = known
-    symbol = signs
-    for k in range(until):
-        to = base + k
-        operation, a, b, c = inner[k, 0], inner[k, 1], inner[k, 2], inner[k, 3]
-        jumps[to] = False
-        if defined_only and may_be_undefined(inner[k], forms):
-            nothing_known(forms, to)
-            jumps[to] = True
-        elif operation == _CHOOSE:
-            decided = forms[a, LOW] > 0.0 or forms[a, HIGH] < 0.0
-            if decided:
-                chosen = b if forms[a, LOW] > 0.0 else c
-                copy(forms, to, forms, chosen)
-                jumps[to] = jumps[chosen]
-            else:
-                hull(forms, to, b, c)
-                jumps[to] = True
-        elif operation == _APPLY and b == _SIGN:
-            low, high = forms[a, LOW], forms[a, HIGH]
-            interval(forms, to, 1.0 if low > 0.0 else -1.0 if high < 0.0 else 0.0, 0.0)
-            if not (low > 0.0 or high < 0.0):
-                forms[to, symbol], forms[to, LOW], forms[to, HIGH] = 1.0, -1.0, 1.0
-                jumps[to] = True
-            symbol += 1
-        elif operation == _APPLY and b == _FLOOR:
-            low, high = np.ceil(forms[a, LOW]) - 1.0, np.floor(forms[a, HIGH])
-            between(forms, to, low, high)
-            jumps[to] = low != high
-        elif operation == _MULTIPLY:
-            # Zero times any number is zero.
-            if (forms[a, LOW] == 0.0 and forms[a, HIGH] == 0.0) or (forms[b, LOW] == 0.0 and forms[b, HIGH] == 0.0):
-                interval(forms, to, 0.0, 0.0)
-            else:
-                multiply(forms, to, a, b)
-                jumps[to] = jumps[a] or jumps[b]
-        else:
-            operate(inner[k], numbers[to], to, forms, start, past, stage, data, noise, now, defined_only)
-            if operation in (_APPLY, _SCALE):
-                jumps[to] = jumps[a]
-                # Signs are often halved, and summed with halves: these sums are kept exact.
-                if operation == _SCALE and _exact(forms, a) and abs(forms[a, LOW]) == 1.0:
-                    interval(forms, to, numbers[to, 0] * forms[a, LOW], 0.0)
-            elif operation in (_ADD, _SUBTRACT):
-                jumps[to] = jumps[a] or jumps[b]
-                if _exact(forms, a) and _exact(forms, b):
-                    one, other = forms[a, LOW], forms[b, LOW] if operation == _ADD else -forms[b, LOW]
-                    total = one + other
-                    part = total - one
-                    if one - (total - part) == 0.0 and other - part == 0.0:
-                        interval(forms, to, total, 0.0)
-
-
-@compiled
-def _signs(inner: Index) -> int:
-    """Return the number of signs among operations."""
-    count = 0
-    for k in range(inner.shape[0]):
-        count += inner[k, 0] == _APPLY and inner[k, 2] == _SIGN
-    return count
-
-
-@compiled
-def further_symbols(inner: Index, states: int) -> int:
-    """Return how many symbols integration needs for itself."""
-    return states + _signs(inner)
-
-
-@compiled
-def _taken(target: Array, to: int, forms: Array, a: int, signs: int) -> None:
-    """Copy a form without its signs, which change in time: each factor of a product has its own."""
-    copy(target, to, forms, a)
-    _fold(target, to, signs)
-
-
-@compiled
-def _fold(forms: Array, a: int, symbol: int) -> None:
-    """Move the shares of all symbols from one on into the radius of a form."""
-    total = forms[a, RADIUS]
-    for k in range(symbol, forms.shape[1]):
-        total += abs(forms[a, k])
-        forms[a, k] = 0.0
-    forms[a, RADIUS] = total * (1.0 + (forms.shape[1] - symbol + 2) * EPSILON)
+compiled = compiling(operations.__file__, functions.__file__, stages.__file__)
 
 
 @compiled
@@ -262,7 +93,7 @@ def _away(begin: Array, stage: Array, i: int, low: float, high: float, w: Array,
     """Write the form of a state that is between two distances away from its begin."""
     middle = 0.5 * low + 0.5 * high
     copy(w, spare, begin, i)
-    linear(w, spare + 1, spare, 1.0, middle, max(high - middle, middle - low) * _UP + TINY)
+    linear(w, spare + 1, spare, 1.0, middle, max(high - middle, middle - low) * UP + TINY)
     copy(stage, i, w, spare + 1)
 
 
@@ -270,7 +101,7 @@ def _away(begin: Array, stage: Array, i: int, low: float, high: float, w: Array,
 def _wrapped(states: Array, local: int) -> None:
     """Make what is left over of each state a symbol of its own, from one on."""
     for i in range(states.shape[0]):
-        _fold(states, i, local)
+        fold(states, i, local)
         if math.isfinite(states[i, RADIUS]):
             states[i, local + i], states[i, RADIUS] = states[i, RADIUS], 0.0
 
@@ -292,21 +123,21 @@ def _result(
     n = states.shape[0]
     # Without any derivative.
     copy(w, 1, states, i)
-    _taken(w, 2, forms, places[i, RATE], signs)
+    taken(w, 2, forms, places[i, RATE], signs)
     _times(w, 3, 2, h)
     add(w, 0, 1, 3, 1.0)
     if jumps[places[i, RATE]]:
         return
     # The first formula, into the fourth line.
-    _taken(w, 2, forms, places[i, OWN], signs)
+    taken(w, 2, forms, places[i, OWN], signs)
     _times(w, 3, 2, h)
-    _phi_of(w, 6, 3, 1)
-    _phi_of(w, 7, 3, 2)
-    _phi_of(w, 8, 3, 3)
+    phi_of(w, 6, 3, 1)
+    phi_of(w, 7, 3, 2)
+    phi_of(w, 8, 3, 3)
     copy(w, 4, states, i)
     copy(w, 5, at_begin, i)
     _add_product(w, 4, 6, 5, h, 9)
-    _taken(w, 2, forms, places[i, OTHERS], signs)
+    taken(w, 2, forms, places[i, OTHERS], signs)
     _add_product(w, 4, 7, 2, h * h, 9)
     if w[4, RADIUS] < w[0, RADIUS]:
         copy(w, 0, w, 4)
@@ -319,7 +150,7 @@ def _result(
     copy(w, 4, w, 2)
     copy(w, 5, at_begin, n + i)
     _add_product(w, 4, 7, 5, h * h, 9)
-    _taken(w, 2, forms, places[i, SECOND], signs)
+    taken(w, 2, forms, places[i, SECOND], signs)
     _add_product(w, 4, 8, 2, h * h * h, 9)
     if w[4, RADIUS] < w[0, RADIUS]:
         copy(w, 0, w, 4)
@@ -333,9 +164,9 @@ def _reach(forms: Array, places: Index, jumps: Mask, at_begin: Array, i: int, h:
     if not jumps[places[i, RATE]]:
         slope, q = h * forms[places[i, OWN], HIGH], sign * forms[places[i, OTHERS], end]
         first, other = max(0.0, sign * at_begin[i, end]), max(0.0, q)
-        if slope <= _STEEPEST and math.isfinite(first + other):
-            most = min(most, h * _phi(slope, 1) * first + h * h * _phi(slope, 2) * other)
-    return float(most * _UP + TINY)
+        if slope <= STEEPEST and math.isfinite(first + other):
+            most = min(most, h * phi(slope, 1) * first + h * h * phi(slope, 2) * other)
+    return float(most * UP + TINY)
 
 
 @compiled
@@ -363,7 +194,7 @@ def _hold(
     for k in range(_HELD + 1):
         value = begin + 1e-6 * (top - begin) if k == 0 else begin - reach * 0.25 ** (_HELD + 1 - k)
         between(stage, i, min(sign * value, sign * top), max(sign * value, sign * top))
-        _evaluate(program, until, forms, jumps, stage, known)
+        evaluate(program, until, forms, jumps, stage, known)
         most = sign * forms[rate, end]
         if not most <= 0.0:
             break
@@ -409,7 +240,7 @@ def integrate(
         In seconds.
     """
     n, width = stage.shape
-    signs = width - _signs(inner)
+    signs = width - signs_among(inner)
     local = signs - n
     program = (inner, numbers, base, signs)
     known = (start, past, data, noise, now, defined_only)
@@ -432,10 +263,10 @@ def integrate(
         _wrapped(states, local)
         for i in range(n):
             copy(stage, i, states, i)
-        _evaluate(program, sections[1], forms, jumps, stage, known)
+        evaluate(program, sections[1], forms, jumps, stage, known)
         for i in range(n):
-            _taken(at_begin, i, forms, places[i, RATE], signs)
-            _taken(at_begin, n + i, forms, places[i, FIRST], signs)
+            taken(at_begin, i, forms, places[i, RATE], signs)
+            taken(at_begin, n + i, forms, places[i, FIRST], signs)
             jumped[i] = jumps[places[i, RATE]]
             for sign in (-1.0, 1.0):
                 most = (1.0 + _WIDER) * _reach(forms, places, jumps, at_begin, i, h, sign)
@@ -450,7 +281,7 @@ def integrate(
         for _ in range(_TRIALS):
             for i in range(n):
                 _away(states, stage, i, low[i], high[i], w, 0)
-            _evaluate(program, sections[1], forms, jumps, stage, known)
+            evaluate(program, sections[1], forms, jumps, stage, known)
             inside, bounded = True, True
             for i in range(n):
                 falls = -_reach(forms, places, jumps, at_begin, i, h, -1.0)
@@ -487,7 +318,7 @@ def integrate(
                     copy(stage, i, w, 0)
                 _narrowed(stage, i, held[i, 0], held[i, 1])
         # The step.
-        _evaluate(program, sections[2], forms, jumps, stage, known)
+        evaluate(program, sections[2], forms, jumps, stage, known)
         for i in range(n):
             _result(states, w, places, forms, jumps, at_begin, i, h, signs)
             copy(results, i, w, 0)
@@ -509,4 +340,4 @@ def integrate(
         if not finite:
             nothing_known(states, i)
         copy(stage, i, states, i)
-        _fold(stage, i, local)
+        fold(stage, i, local)

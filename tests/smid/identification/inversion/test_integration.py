@@ -11,7 +11,7 @@ from scipy.integrate import quad, solve_ivp
 
 from relaxations.algebra.affine_arithmetic import CENTRE, HIGH, LOW, RADIUS, SLOPES, between
 from smid import Dataset, ModelError, NotProvenError, OwnModel, error_bound, identify, verify
-from smid.identification.inversion.integration import _phi, _phi_of
+from smid.identification.inversion.phi import phi, phi_of
 from smid.identification.inversion.record import Record
 from smid.models import RotatingArm
 from smid.models.simulate import simulate
@@ -200,7 +200,7 @@ def test_at_a_point_it_is_narrow(name, seed):
             assert abs(abs(form[CENTRE]) - abs(states[now, 0] - measured[now])) <= form[RADIUS] - 1e-3 + 1e-9
 
 
-def phi(z, k):
+def integral(z, k):
     return quad(lambda s: math.exp(z * (1 - s)) * s ** (k - 1) / math.factorial(k - 1), 0, 1, epsabs=0, epsrel=1e-12)[0]
 
 
@@ -210,10 +210,10 @@ def test_phi_of_a_form_holds_its_values(low, width, share, k):
     w = np.zeros((2, 5))
     between(w, 0, low, low + width)
     w[0, SLOPES], w[0, RADIUS] = w[0, RADIUS], 0.0
-    _phi_of(w, 1, 0, k)
+    phi_of(w, 1, 0, k)
     z = low + share * width
-    value = phi(z, k)
-    assert _phi(z, k) == pytest.approx(value, rel=1e-10)
+    value = integral(z, k)
+    assert phi(z, k) == pytest.approx(value, rel=1e-10)
     e = (z - w[0, CENTRE]) / w[0, SLOPES] if w[0, SLOPES] else 0.0
     slack = 1e-10 * (value + abs(w[1, SLOPES]))
     assert abs(w[1, CENTRE] + w[1, SLOPES] * e - value) <= w[1, RADIUS] + slack
@@ -231,7 +231,8 @@ def test_a_linear_rate_is_enclosed_as_its_closed_solution(size, b, share, width)
     a = -math.exp(-size) if size < 0 else size
     dt, u, h = 0.5, [1.0, -1.0, 0.5, 2.0], [0.4]
     for held in u[:-1]:
-        h.append(h[-1] * math.exp(a * dt) + b * held * math.expm1(a * dt) / a if a else h[-1] + b * held * dt)
+        grown = math.expm1(a * dt) / a if abs(a) > 1e-9 else dt
+        h.append(h[-1] * math.exp(a * dt) + b * held * grown)
     data = Dataset.from_arrays(input={"u": u}, output={"y": h}, sampling_time=dt)
     record = Record(LINEAR, data, {"y": 1e-6})
     point, reach = np.array([a, b, 0.4]), width * np.array([abs(a), 0.1 + abs(b), 0.0])
