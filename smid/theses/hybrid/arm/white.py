@@ -27,7 +27,7 @@ from smid.theses.hybrid.arm.exact_motion import exact_motion
 
 __all__ = ["INTEGRATIONS", "TABLE_F2_START", "WhiteEstimate", "estimate_white", "white_arm", "white_free_run"]
 
-INTEGRATIONS = ("exact", "rk4", "euler")
+INTEGRATIONS = ("exact", "rosenbrock", "rk4", "euler")
 TABLE_F2_START: dict[str, float] = {"theta": 16.0, "b": 0.0016, "Ws": 1.6, "Wd": 0.16}
 """Initial values of table F.2."""
 
