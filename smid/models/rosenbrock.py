@@ -4,9 +4,9 @@ With J the derivative of the rates f by the states x at the start of a step of l
 
     (1 / (h gamma) - J) k_i = f(x + sum_j a_ij k_j) + sum_j c_ij k_j / h,        x + sum_i m_i k_i
 
-The coefficients are those of ROS4: order 4, and a fast decay is damped at any h (L-stable). J is part of the formula, so
-nothing is iterated. J is written symbolically; the equations are solved by elimination without pivots, a line for each
-entry. At a jump of f (sign, floor) J leaves the jump out, so a step across the jump has order 1.
+The coefficients are those of ROS4: order 4, and a fast decay is damped at any h (L-stable). J is part of the formula,
+so nothing is iterated. J is written symbolically, and the equations are solved by elimination without pivots, a line
+for each entry. J leaves out jumps of f (sign, floor), so a step across a jump has order 1.
 
 A single state whose rate is ``s x + g`` needs no stages: with z = h s the step is ``R(z) x + h Q(z) g``, where R is the
 fraction with denominator (1 - gamma z)^4 that agrees with exp(z) to z^4, and ``Q(z) = (R(z) - 1) / z``.
@@ -86,9 +86,9 @@ def rosenbrock_step(
     Examples
     --------
     >>> x = signal("x")
-    >>> lines = list(rosenbrock_step({"x": x[t - 1]}, {"x": -x[t] ** 3}, sympy.Integer(1), {"x": x[t]}, iter("abcdefgh")))
+    >>> lines = rosenbrock_step({"x": x[t - 1]}, {"x": -x[t] ** 3}, sympy.Integer(1), {"x": x[t]}, iter("abcdefghi"))
     >>> [line.signal for line in lines]
-    ['a', 'b', 'c', 'd', 'e', 'x']
+    ['a', 'b', 'c', 'd', 'e', 'f', 'g', 'h', 'i', 'x']
     """
     states = list(start)
 
@@ -129,7 +129,6 @@ def rosenbrock_step(
         for k, r in enumerate(states):
             pulled = sum((c * done[r] for c, done in zip(pulls, stages, strict=True)), zero) / step
             known = sum((factors[r, s] * right[s] for s in states[:k] if (r, s) in factors), zero)
-            # Stages of one row read the rates at the same point.
             line, right[r] = helper(at(rates[r], stages[: len(row)], row) + pulled - known)
             yield line
         stage: dict[str, sympy.Expr] = {}
