@@ -14,7 +14,7 @@ def weights(network):
     return first.weight, first.bias, last.weight, last.bias
 
 
-class Arm(equinox.Module):
+class Arm(equinox.Module):  # noqa: D101
     theta: jax.Array
     network: equinox.nn.MLP
 
@@ -24,7 +24,7 @@ class Arm(equinox.Module):
         parts = (start[1:6, None], start[6:11], start[None, 11:16], start[16:])
         self.network = equinox.tree_at(weights, mlp, tuple(map(jnp.asarray, parts)))
 
-    def rate(self, t, state, voltage):
+    def rate(self, _time, state, voltage):  # noqa: D102
         friction = 16 * self.network(state[1:] / 80)[0]
         return jnp.array([state[1], 16 * self.theta * (15.96 * voltage - friction)])
 

@@ -1,4 +1,4 @@
-"""PySINDy: sparse regression of the acceleration on the voltage and a library of friction terms; then SciPy's solver."""
+"""PySINDy: sparse regression of the acceleration on voltage and terms of the friction; then SciPy's solver."""
 
 import numpy as np
 import pysindy
@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import savgol_filter
 
 
-def train(u, y, h, start):
+def train(u, y, h, _start):
     speed, acceleration = (savgol_filter(y, 7, 4, deriv=k, delta=h) for k in (1, 2))
     middle = np.concatenate([u[:1], (u[1:] + u[:-1]) / 2])
     terms = [lambda v: v, lambda v: np.tanh(v / 0.03), lambda v: v * np.abs(v), lambda v: v**3]

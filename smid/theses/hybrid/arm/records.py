@@ -67,7 +67,11 @@ def _speed(u: Array) -> Array:
 
 
 def held_record(
-    u: Sines | ArrayLike, *, noise_bound: float = 0.0, seed: int | np.random.Generator | None = None
+    u: Sines | ArrayLike,
+    *,
+    noise_bound: float = 0.0,
+    seed: int | np.random.Generator | None = None,
+    duration: float = DURATION,
 ) -> Dataset:
     """Simulate the arm exactly, from rest, under a voltage that is held between samples.
 
@@ -76,11 +80,13 @@ def held_record(
     Parameters
     ----------
     u
-        Shape (n,). Motor voltage in V every 0.02 s, or a sum of sines for ten seconds.
+        Shape (n,). Motor voltage in V every 0.02 s, or a sum of sines.
     noise_bound
         Of the uniform noise on the angle, in rad.
     seed
         Needed if there is noise.
+    duration
+        Of the sines, in seconds.
 
     Raises
     ------
@@ -92,15 +98,21 @@ def held_record(
     >>> held_record([0.05, 0.05, 0.05]).experiments[0].values["speed"].round(6)
     array([0.     , 0.01995, 0.01995])
     """
-    inputs = _voltage(u, SAMPLING_TIME) if isinstance(u, Sines) else np.asarray(u, dtype=np.float64)
+    inputs = _voltage(u, SAMPLING_TIME, duration) if isinstance(u, Sines) else np.asarray(u, dtype=np.float64)
     angle, speed = exact_motion(inputs, SAMPLING_TIME).T
     return _dataset(inputs, angle, speed, noise_bound, seed)
 
 
-def thesis_record(sines: Sines, *, noise_bound: float = 0.0, seed: int | np.random.Generator | None = None) -> Dataset:
+def thesis_record(
+    sines: Sines,
+    *,
+    noise_bound: float = 0.0,
+    seed: int | np.random.Generator | None = None,
+    duration: float = DURATION,
+) -> Dataset:
     """Simulate the arm as the thesis did: Euler's method, 0.002 s, every tenth sample kept.
 
-    Channels and noise are those of `held_record`.
+    The other parameters and the channels are those of `held_record`.
 
     Raises
     ------
@@ -113,7 +125,7 @@ def thesis_record(sines: Sines, *, noise_bound: float = 0.0, seed: int | np.rand
     501
     """
     step = SAMPLING_TIME / KEPT
-    inputs = _voltage(sines, step)
+    inputs = _voltage(sines, step, duration)
     law = [ARM[name] for name in ("Ws", "eps", "Wd", "b")]
     angle = speed = 0.0
     states = []
@@ -125,8 +137,8 @@ def thesis_record(sines: Sines, *, noise_bound: float = 0.0, seed: int | np.rand
     return _dataset(inputs[::KEPT], kept[:, 0], kept[:, 1], noise_bound, seed)
 
 
-def _voltage(sines: Sines, sampling_time: float) -> Array:
-    return sines.signal(round(DURATION / sampling_time) + 1, sampling_time)
+def _voltage(sines: Sines, sampling_time: float, duration: float = DURATION) -> Array:
+    return sines.signal(round(duration / sampling_time) + 1, sampling_time)
 
 
 def _dataset(
