@@ -50,7 +50,8 @@ class Model:
     description
         A sentence for the reader.
     scheme
-        How rate lines are integrated between samples: "euler", "trapezoidal" (explicit) or "rk4".
+        How rate lines are integrated between samples: "euler", "trapezoidal" or "rk4" (explicit), or "rosenbrock"
+        (linearly implicit, for stiff rates).
     substeps
         Steps of the scheme per sampling interval.
     sampling_time

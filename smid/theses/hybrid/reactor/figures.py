@@ -87,7 +87,7 @@ def training_figure(study: OtherConditions) -> Figure:
             axes.plot(time, white, color=ORANGE, linestyle="--", label="first principles")
             axes.plot(time, hybrid - white, color=GREEN, linestyle=":", label="network")
             axes.plot(time, hybrid, color=BLUE, label="hybrid")
-            axes.set_title(f"trained on: {training}", loc="left", fontsize=8)
+            axes.set_title(training, loc="left", fontsize=8)
             axes.set(xlabel="time [s]", xlim=(0, 30))
             axes.grid(True, linewidth=0.4, color=GRID)
         panels[0].set_ylabel("concentration [mol/m³]")
