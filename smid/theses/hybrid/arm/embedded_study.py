@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -311,8 +312,7 @@ def run_embedded(
     chosen = WAYS[way]
     made: dict[str, Any] = {"noise_bound": noise_bound, "seed": noise_seed, "duration": duration}
     record = chosen.record(TABLE_F1[name], **made)
-    checks = [held_record(u) for u in (slower(TABLE_F1[name]), other_kind(TABLE_F1[name]))]
-    spans = np.array([np.ptp(check.experiments[0].values["y"]) for check in checks])
+    checks, spans = _checks(name)
     # Train all starts on the record.
     hybrid = embedded_arm((chosen.hidden,), scheme=chosen.scheme, substeps=chosen.substeps)
     problem = embedded_error(hybrid, record)
@@ -331,7 +331,7 @@ def run_embedded(
         INERTIA_START * found[:, 0],
         np.sqrt(problem.errors(found)),
         np.sqrt([embedded_error(hybrid, check).errors(found) for check in checks]).T / spans,
-        _white_errors(held_record(TABLE_F1[name], **made), checks) / spans,
+        _white_errors(name, noise_bound, noise_seed, duration),
         np.array(curves),
         np.array(jumps),
     )
@@ -371,7 +371,16 @@ def embedded_study(
     return EmbeddedStudy(tuple(done))
 
 
-def _white_errors(record: Dataset, checks: Sequence[Dataset]) -> Array:
+def _checks(name: str) -> tuple[list[Dataset], Array]:
+    """Return the validation records of an input, and the spans of their angles."""
+    checks = [held_record(u) for u in (slower(TABLE_F1[name]), other_kind(TABLE_F1[name]))]
+    return checks, np.array([np.ptp(check.experiments[0].values["y"]) for check in checks])
+
+
+@lru_cache(maxsize=64)  # every way on an input has the same
+def _white_errors(name: str, noise_bound: float, noise_seed: int | None, duration: float) -> Array:
+    record = held_record(TABLE_F1[name], noise_bound=noise_bound, seed=noise_seed, duration=duration)
     values = estimate_white(record).values
+    checks, spans = _checks(name)
     missed = [white_free_run(values, check) - check.experiments[0].values["y"] for check in checks]
-    return np.sqrt(np.mean(np.square(missed), axis=1))
+    return np.sqrt(np.mean(np.square(missed), axis=1)) / spans

@@ -66,7 +66,12 @@ class ReactorStudy(Chapter):
             "A model that is right under one constant can be wrong at another level.",
             self.conditions,
             *(
-                [Drawing(self.conditions.plot, "Figure 6.2: simple parallel network, two tanks in succession, by training record.")]
+                [
+                    Drawing(
+                        self.conditions.plot,
+                        "Figure 6.2: simple parallel network, two tanks in succession, by training record.",
+                    )
+                ]
                 if self.conditions.runs
                 else []
             ),
