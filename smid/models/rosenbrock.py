@@ -51,7 +51,7 @@ def affine_step(z: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr]:
     --------
     >>> growth, drive = affine_step(sympy.Rational(-1, 10))
     >>> round(float(growth), 6), round(float(drive), 6)
-    (0.904837, 0.951626)
+    (0.904837, 0.951628)
     """
     unit = sympy.Symbol("z")
     below = (1 - GAMMA * unit) ** ORDER
