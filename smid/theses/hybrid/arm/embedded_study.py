@@ -383,4 +383,6 @@ def _white_errors(name: str, noise_bound: float, noise_seed: int | None, duratio
     values = estimate_white(record).values
     checks, spans = _checks(name)
     missed = [white_free_run(values, check) - check.experiments[0].values["y"] for check in checks]
-    return np.sqrt(np.mean(np.square(missed), axis=1)) / spans
+    shares = np.sqrt(np.mean(np.square(missed), axis=1)) / spans
+    shares.setflags(write=False)
+    return np.asarray(shares)

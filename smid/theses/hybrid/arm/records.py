@@ -50,7 +50,7 @@ def other_kind(sines: Sines) -> Array:
     Examples
     --------
     >>> float(other_kind(Sines((0.4, 0.9), (0.2, 0.2))).max().round(2))
-    0.75
+    0.3
     """
     wave = _voltage(TABLE_F1["six_unequal" if len(sines.frequencies) == 1 else "one_sine"], SAMPLING_TIME)
     seen = _speed(_voltage(sines, SAMPLING_TIME))
