@@ -179,7 +179,7 @@ class EmbeddedRuns(Tabular):
     @property
     def bad(self) -> NDArray[np.bool_]:
         """Return which runs miss one of the spans by more than 10 %."""
-        return ~(self.validation.max(axis=1) <= MODERATE)
+        return np.asarray(~(self.validation.max(axis=1) <= MODERATE))
 
     @property
     def counts(self) -> tuple[int, int, int]:
@@ -212,8 +212,8 @@ class EmbeddedStudy(Tabular):
     @property
     def table(self) -> Table:
         """Return table 8, with the thesis's numbers."""
-        header = ("input", "way", "good/moderate/bad", "thesis", "1/J when good")
-        header += ("slower", "other kind", "white", "curve", "jump")
+        judged = ("input", "way", "good/moderate/bad", "thesis", "1/J when good")
+        header = (*judged, "slower", "other kind", "white", "curve", "jump")
         rows = []
         for runs in self.runs:
             good = runs.good
@@ -383,6 +383,6 @@ def _white_errors(name: str, noise_bound: float, noise_seed: int | None, duratio
     values = estimate_white(record).values
     checks, spans = _checks(name)
     missed = [white_free_run(values, check) - check.experiments[0].values["y"] for check in checks]
-    shares = np.sqrt(np.mean(np.square(missed), axis=1)) / spans
+    shares = np.asarray(np.sqrt(np.mean(np.square(missed), axis=1)) / spans)
     shares.setflags(write=False)
-    return np.asarray(shares)
+    return shares

@@ -62,6 +62,7 @@ def alternating_figure(runs: NetworkRuns, band: tuple[float, float]) -> Figure:
         axes.axhspan(*band, color=SKY, alpha=0.4, linewidth=0.0)
         axes.axhline(ARM["theta"], color=INK, linewidth=0.6)
         axes.plot(np.arange(runs.theta.size), runs.theta, "o", markersize=2.6, color=BLUE)
+        axes.xaxis.get_major_locator().set_params(integer=True)
         axes.set(xlabel="seed", ylabel="1/J [1/(kg m²)]")
     return figure
 
