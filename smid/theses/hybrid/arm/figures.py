@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 from smid.display.style import BLUE, GREEN, GRID, INK, ORANGE, RED, SKY, WIDTH, style
@@ -62,7 +63,7 @@ def alternating_figure(runs: NetworkRuns, band: tuple[float, float]) -> Figure:
         axes.axhspan(*band, color=SKY, alpha=0.4, linewidth=0.0)
         axes.axhline(ARM["theta"], color=INK, linewidth=0.6)
         axes.plot(np.arange(runs.theta.size), runs.theta, "o", markersize=2.6, color=BLUE)
-        axes.xaxis.get_major_locator().set_params(integer=True)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set(xlabel="seed", ylabel="1/J [1/(kg m²)]")
     return figure
 
