@@ -29,7 +29,7 @@ from smid.fitting.fit import Fit, fit
 from smid.hybrid import BackCouplings, HybridEstimate, embedded, estimate, network_of, parallel, series
 from smid.models import Model, signal, t
 from smid.theses.hybrid.cooled_reactor import arrhenius, cooled_reactor
-from smid.theses.hybrid.reactor import output_errors, requirement_study, time_constant_study
+from smid.theses.hybrid.reactor import other_conditions, output_errors, requirement_study, time_constant_study
 
 SAMPLING_TIME = 6.0  # s
 TRAINED = 1500  # samples
@@ -130,7 +130,7 @@ def main() -> None:
         print(line, file=sys.stderr, flush=True)
 
     effort = {"starts": asked.starts, "iterations": asked.iterations}
-    for study in (output_errors, requirement_study, time_constant_study):
+    for study in (output_errors, other_conditions, requirement_study, time_constant_study):
         started = time.perf_counter()
         print(f"{study(**effort, progress=say)}\n{time.perf_counter() - started:.0f} s\n", flush=True)
     if asked.record is not None:

@@ -1,4 +1,4 @@
-"""From differential equations to lines of samples, by explicit Runge-Kutta steps.
+"""From differential equations to lines of samples, by Runge-Kutta steps or, for stiff rates, linearly implicit ones.
 
 A rate line says ``d/dt x = f(x, u)``.  Over the interval from sample t-1 to sample t,
 
@@ -13,6 +13,7 @@ With h the sampling time over the number of substeps, a step is
     euler        x + h k1                             k1 = f(x)
     trapezoidal  x + h/2 (k1 + k2)                    k2 = f(x + h k1)          (Heun's explicit form)
     rk4          x + h/6 (k1 + 2 k2 + 2 k3 + k4)      k2 = f(x + h/2 k1), k3 = f(x + h/2 k2), k4 = f(x + h k3)
+    rosenbrock   see `smid.models.rosenbrock`; it also holds where h is far above the fastest time constant
 
 The slopes become helper lines.  A single state whose rate is ``s x + g`` with s free of signals needs none: the step
 is ``P(hs) x + h Q(hs) g``, P the exponential series cut at the order of the scheme and ``Q(z) = (P(z) - 1) / z``, which
@@ -33,6 +34,7 @@ import sympy
 from sympy.core.function import Application
 
 from smid.models.parts import Line
+from smid.models.rosenbrock import affine_step, rosenbrock_step
 from smid.models.structure import groups
 from smid.models.symbols import number, plain_symbols, references, signal, swapped, t
 
@@ -45,7 +47,7 @@ _RK4 = (_HALF, _HALF, sympy.Integer(1)), tuple(sympy.Rational(weight, 6) for wei
 ENCLOSED = "enclosed"
 """The scheme whose intervals hold for the differential equation itself; it is simulated by rk4."""
 
-SCHEMES: dict[str, tuple[tuple[sympy.Expr, ...], tuple[sympy.Expr, ...]]] = {
+_EXPLICIT: dict[str, tuple[tuple[sympy.Expr, ...], tuple[sympy.Expr, ...]]] = {
     "euler": ((), (sympy.Integer(1),)),
     "trapezoidal": ((sympy.Integer(1),), (_HALF, _HALF)),
     "rk4": _RK4,
@@ -54,6 +56,9 @@ SCHEMES: dict[str, tuple[tuple[sympy.Expr, ...], tuple[sympy.Expr, ...]]] = {
 """Per scheme: how far along the slope before it each further slope is taken, and the weights of the slopes.
 
 The number of slopes is also the order of each of these schemes."""
+
+SCHEMES = (*_EXPLICIT, "rosenbrock")
+"""Names of the schemes."""
 
 
 def discretise(
@@ -141,11 +146,14 @@ def summed(lines: Sequence[Line]) -> tuple[Line, ...]:
 
 
 def _affine(name: str, rate: sympy.Expr, slope: sympy.Expr, scheme: str, substeps: int, step: sympy.Expr) -> sympy.Expr:
-    order = len(SCHEMES[scheme][1])
     forcing = swapped(rate, {signal(name)[t]: sympy.Integer(0)})
     z = step * slope
-    growth = sum((z**k / sympy.factorial(k) for k in range(order + 1)), sympy.Integer(0))
-    drive = sum((z**k / sympy.factorial(k + 1) for k in range(order)), sympy.Integer(0))
+    if scheme in _EXPLICIT:
+        order = len(_EXPLICIT[scheme][1])
+        growth = sum((z**k / sympy.factorial(k) for k in range(order + 1)), sympy.Integer(0))
+        drive = sum((z**k / sympy.factorial(k + 1) for k in range(order)), sympy.Integer(0))
+    else:
+        growth, drive = affine_step(z)
     repeated = sum((growth**k for k in range(substeps)), sympy.Integer(0))
     return growth**substeps * signal(name)[t - 1] + step * drive * repeated * forcing
 
@@ -158,28 +166,42 @@ def _steps(
     step: sympy.Expr,
     names: Iterator[str],
 ) -> Iterator[Line]:
-    advances, weights = SCHEMES[scheme]
     start: dict[str, sympy.Expr] = {name: signal(name)[t - 1] for name in states}
     for part in range(substeps):
-        slopes: list[dict[str, sympy.Expr]] = []
-        for advance in (sympy.Integer(0), *advances):
-            point = {x: start[x] + (step * advance * slopes[-1][x] if slopes else 0) for x in states}
-            # One pass: what a state is replaced by reads earlier samples only.
-            stage = {signal(x)[t]: point[x] for x in states}
-            values = {x: swapped(rates[x], stage) for x in states}
-            if len(weights) > 1:
-                helpers = {x: signal(next(names))[t] for x in states}
-                yield from (Line(helpers[x], values[x]) for x in states)
-                values = helpers
-            slopes.append(values)
         last = part == substeps - 1
         targets = {x: signal(x if last else next(names))[t] for x in states}
-        for x in states:
-            moved = sum((weight * slope[x] for weight, slope in zip(weights, slopes, strict=True)), sympy.Integer(0))
-            # What holds functions stays as it is: written out it would hold them more often, and be enclosed less well.
-            moved = step * moved if moved.has(Application) else sympy.expand(step * moved)
-            yield Line(targets[x], start[x] + moved)
+        if scheme in _EXPLICIT:
+            yield from _explicit_step(scheme, start, rates, step, targets, names)
+        else:
+            yield from rosenbrock_step(start, rates, step, targets, names)
         start = dict(targets)
+
+
+def _explicit_step(
+    scheme: str,
+    start: Mapping[str, sympy.Expr],
+    rates: Mapping[str, sympy.Expr],
+    step: sympy.Expr,
+    targets: Mapping[str, sympy.Expr],
+    names: Iterator[str],
+) -> Iterator[Line]:
+    advances, weights = _EXPLICIT[scheme]
+    slopes: list[dict[str, sympy.Expr]] = []
+    for advance in (sympy.Integer(0), *advances):
+        point = {x: start[x] + (step * advance * slopes[-1][x] if slopes else 0) for x in start}
+        # One pass: what a state is replaced by reads earlier samples only.
+        stage = {signal(x)[t]: point[x] for x in start}
+        values = {x: swapped(rates[x], stage) for x in start}
+        if len(weights) > 1:
+            helpers = {x: signal(next(names))[t] for x in start}
+            yield from (Line(helpers[x], values[x]) for x in start)
+            values = helpers
+        slopes.append(values)
+    for x in start:
+        moved = sum((weight * slope[x] for weight, slope in zip(weights, slopes, strict=True)), sympy.Integer(0))
+        # What holds functions stays as it is: written out it would hold them more often, and be enclosed less well.
+        moved = step * moved if moved.has(Application) else sympy.expand(step * moved)
+        yield Line(targets[x], start[x] + moved)
 
 
 def _free_names(taken: Collection[str]) -> Iterator[str]:

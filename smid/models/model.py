@@ -50,10 +50,10 @@ class Model:
     description
         A sentence for the reader.
     scheme
-        How rate lines are integrated between samples: "euler", "trapezoidal" (explicit) or "rk4". Intervals hold for
-        this discretisation. With "enclosed" they hold for the differential equation itself: they are computed by
-        inversion (:mod:`smid.identification.inversion`), with the remainder of each step enclosed; everything else is
-        simulated by "rk4".
+        How rate lines are integrated between samples: "euler", "trapezoidal" or "rk4" (explicit), or "rosenbrock"
+        (linearly implicit, for stiff rates). Intervals hold for this discretisation. With "enclosed" they hold for the
+        differential equation itself: they are computed by inversion (:mod:`smid.identification.inversion`), with the
+        remainder of each step enclosed; everything else is simulated by "rk4".
     substeps
         Steps of the scheme per sampling interval.
     sampling_time

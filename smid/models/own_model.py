@@ -79,7 +79,7 @@ def OwnModel(
     name, description
         For the reader.
     scheme
-        How equations ``d/dt`` are integrated: ``euler``, ``trapezoidal`` or ``rk4``.
+        How equations ``d/dt`` are integrated: ``euler``, ``trapezoidal``, ``rk4`` or ``rosenbrock``.
     substeps
         Steps of the scheme per sample.
     sampling_time

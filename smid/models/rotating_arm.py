@@ -49,7 +49,7 @@ def RotatingArm(
         Torque per voltage in Nm/V; free in 0.1 to 1000.
     friction
         Whether W acts.  Sticking has a rate of theta Ws / eps = 870 1/s, so an explicit scheme needs steps below
-        3 ms: raise `substeps`, or choose the scheme "enclosed" for intervals.
+        3 ms: raise `substeps`, or take the scheme "rosenbrock"; for intervals, the scheme "enclosed".
     drag
         Whether the aerodynamic resistance acts.
     measured

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy
+from scipy.integrate import solve_ivp
 
 from smid import Dataset, FeasibleSet
 from smid.fitting.binding import bind
@@ -27,7 +28,7 @@ from smid.models import (
 from tests.smid.models.rates_by_scipy import integrate
 
 U, X, Z, V = signal("u"), signal("x"), signal("z"), signal("v")
-ORDERS = {"euler": 1, "trapezoidal": 2, "rk4": 4}
+ORDERS = {"euler": 1, "trapezoidal": 2, "rk4": 4, "rosenbrock": 4}
 INPUT = np.repeat(np.random.default_rng(1).uniform(0.2, 0.9, 10), 4)
 
 
@@ -59,7 +60,7 @@ def test_each_scheme_has_its_order(scheme):
         run = simulate(got, {"u": INPUT}, initial={"x": [0.5], "z": [-0.3]})
         assert set(run) == {"u", "x", "z", "v", "w", "y"}
         errors.append(max(np.abs(run["x"] - exact[0]).max(), np.abs(run["z"] - exact[1]).max()))
-    assert errors[1] < {"euler": 0.1, "trapezoidal": 2e-3, "rk4": 2e-6}[scheme]
+    assert errors[1] < {"euler": 0.1, "trapezoidal": 2e-3, "rk4": 2e-6, "rosenbrock": 2e-6}[scheme]
     assert np.log2(errors[0] / errors[1]) == pytest.approx(ORDERS[scheme], abs=0.35)
 
 
@@ -263,3 +264,38 @@ def test_the_truth_lies_in_the_feasible_set_of_an_euler_model():
     assert ((point >= feasible.problem.lower) & (point <= feasible.problem.upper)).all()
     assert feasible.problem.inequalities.n_rows == 2
     assert (feasible.problem.inequalities.evaluate(point) >= 0).all()
+
+
+def test_the_linearly_implicit_scheme_holds_where_the_step_is_far_above_a_time_constant():
+    """Robertson's reaction near its slow motion; its fastest time constant is about 0.4 ms, the step 50 ms."""
+
+    def robertson(s):
+        fast, slow = 3e7 * s[1] ** 2, 1e4 * s[1] * s[2]
+        return [-0.04 * s[0] + slow, 0.04 * s[0] - slow - fast, fast]
+
+    rates = robertson((X[t], Z[t], V[t]))
+    lines = [Line(s[t], rate, rate=True) for s, rate in zip((X, Z, V), rates, strict=True)]
+    stiff = model(*lines, scheme="rosenbrock", sampling_time=0.05)
+    first = {"x": [1.0], "z": [3.65e-5], "v": [0.0]}
+    got = simulate(stiff, {}, initial=first, n=200)
+    times, start = 0.05 * np.arange(200), [1.0, 3.65e-5, 0.0]
+    exact = solve_ivp(
+        lambda _, s: robertson(s), (0, 10), start, "Radau", times, rtol=1e-9, atol=[1e-10, 1e-14, 1e-10]
+    ).y
+    for name, wanted in zip("xzv", exact, strict=True):
+        np.testing.assert_allclose(got[name][1:], wanted[1:], rtol=1e-3)
+    with pytest.raises(ModelError, match="finite range"):
+        simulate(replace(stiff, scheme="rk4"), {}, initial=first, n=200)
+
+
+def test_the_linearly_implicit_scheme_takes_kinks_and_jumps():
+    def kinked(s, u):
+        return [-50.0 * max(s[0], 0.3) + 20.0 * u, np.sign(s[0] - 0.35) - s[1] * abs(s[1])]
+
+    u = np.repeat(INPUT, 20)
+    rates = (-50 * sympy.Max(X[t], 0.3) + 20 * U[t], sympy.sign(X[t] - 0.35) - Z[t] * sympy.Abs(Z[t]))
+    lines = [Line(s[t], rate, rate=True) for s, rate in zip((X, Z), rates, strict=True)]
+    got = simulate(model(*lines, scheme="rosenbrock", sampling_time=0.0025), {"u": u}, initial={"x": [0.5], "z": [0.2]})
+    exact = integrate(kinked, [0.5, 0.2], u, 0.0025)
+    np.testing.assert_allclose(got["x"], exact[0], atol=1e-3)
+    np.testing.assert_allclose(got["z"], exact[1], atol=5e-3)

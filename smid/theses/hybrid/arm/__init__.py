@@ -37,7 +37,7 @@ from smid.theses.hybrid.arm.input_error import (
     modulate_motion,
     quiet_filter,
 )
-from smid.theses.hybrid.arm.records import held_record, similar, thesis_record
+from smid.theses.hybrid.arm.records import held_record, other_kind, slower, thesis_record
 from smid.theses.hybrid.arm.white import (
     INTEGRATIONS,
     TABLE_F2_START,
@@ -81,11 +81,12 @@ __all__ = [
     "input_error_runs",
     "modulate_motion",
     "multistart_start",
+    "other_kind",
     "quiet_filter",
     "random_start",
     "run_embedded",
     "shape_of",
-    "similar",
+    "slower",
     "thesis_record",
     "true_friction",
     "white_arm",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 from smid.display.style import BLUE, GREEN, GRID, INK, ORANGE, RED, SKY, WIDTH, style
@@ -15,9 +16,10 @@ from smid.theses.hybrid.arm.exact_motion import ARM
 
 if TYPE_CHECKING:
     from smid.signals import ModulatingFilter
+    from smid.theses.hybrid.arm.arm_study import NetworkRuns
     from smid.theses.hybrid.arm.embedded_study import EmbeddedStudy
 
-__all__ = ["friction_figure", "inertia_figure", "response_figure"]
+__all__ = ["alternating_figure", "friction_figure", "inertia_figure", "response_figure"]
 
 CEILING = 30.0  # of 1/J, where bad runs are drawn that end beyond
 COLUMNS = 2
@@ -50,6 +52,19 @@ def inertia_figure(study: EmbeddedStudy) -> Figure:
             row[0].set_ylabel("1/J [1/(kg m²)]")
         handles, labels = grid[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=3)
+    return figure
+
+
+def alternating_figure(runs: NetworkRuns, band: tuple[float, float]) -> Figure:
+    """Draw 1/J of every seed, as figure F.12, with the thesis's range."""
+    with style():
+        figure = Figure(figsize=(WIDTH, 2.4), layout="constrained")
+        axes = figure.subplots()
+        axes.axhspan(*band, color=SKY, alpha=0.4, linewidth=0.0)
+        axes.axhline(ARM["theta"], color=INK, linewidth=0.6)
+        axes.plot(np.arange(runs.theta.size), runs.theta, "o", markersize=2.6, color=BLUE)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.set(xlabel="seed", ylabel="1/J [1/(kg m²)]")
     return figure
 
 

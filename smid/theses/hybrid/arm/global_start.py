@@ -7,11 +7,12 @@ for at every point (variable projection). The search is over the centres and slo
     N(v) = sum_i w_i tanh(e^(s_i) (v - p_i)) + d,    p_i within the visited speeds,  s_i in a range,
 
 a box of two numbers per neuron. Differential evolution searches it from a random population, without a start.
-Levenberg-Marquardt refines its best point, first in input error, then in free-run error.
+Levenberg-Marquardt refines its best points in input error. The best of them is then chosen, by input error or by
+free-run error, and refined in free-run error. A small input error can still diverge in free run, where the network's
+jump at rest has the wrong direction.
 
 The alternative uses knowledge of the plant: "one neuron takes care of the discontinuity" (section F.1). One neuron
-starts as a jump at rest, the others after Nguyen and Widrow. Of several such starts the one with the least input error
-is used.
+starts as a jump at rest, the others after Nguyen and Widrow, and several such starts are refined.
 
 References: hybrid thesis, section 7.4; Storn, Price, "Differential evolution", J. Global Optimization 11 (1997);
 Golub, Pereyra, SIAM J. Numerical Analysis 10 (1973).
@@ -19,6 +20,7 @@ Golub, Pereyra, SIAM J. Numerical Analysis 10 (1973).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -29,21 +31,38 @@ from smid.data import DataError
 from smid.models import ModelError
 from smid.networks import lockstep, nguyen_widrow
 from smid.theses.hybrid.arm.embedded_arm import INERTIA_START, SPEED_UNIT
-from smid.theses.hybrid.arm.input_error import InputError, Motion, estimate_by_input_error
+from smid.theses.hybrid.arm.input_error import INERTIA_UNIT, InputError, Motion
 
 __all__ = ["global_start", "jump_start", "multistart_start"]
 
 STEEPNESS = (0.5, 1600.0)  # of a neuron, per 80 rad/s: from nearly straight to a jump
 POPULATION = 5  # per number searched; scipy's own 15 leaves too few generations for so small a budget
 RIDGE = 1e-10
-JUMP, DESCENT = 3.0 * SPEED_UNIT, 100  # steepness per 80 rad/s, iterations
+JUMP, DESCENT = 3.0 * SPEED_UNIT, 100  # steepness per 80 rad/s, evaluations
+REFINED = 20  # points of the population
+
+Judge = Callable[[Array], Array]
 
 
-def global_start(motion: Motion, hidden: int = 5, *, budget: int = 15_000, seed: int | np.random.Generator) -> Array:
+def global_start(
+    motion: Motion,
+    hidden: int = 5,
+    *,
+    budget: int = 15_000,
+    judge: Judge | None = None,
+    seed: int | np.random.Generator,
+) -> Array:
     """Return 1/J and the weights from a global search in input error, shape (3 hidden + 2,).
 
-    They are scaled for `embedded_error` with as many neurons. The budget is the number of evaluations of the input
-    error.
+    They are scaled for `embedded_error` with as many neurons.
+
+    Parameters
+    ----------
+    budget
+        Number of evaluations of the input error.
+    judge
+        Errors of candidates, by which the best is chosen; by default the input error. The free-run error of the same
+        record, `FreeRunError.errors`, also rejects those that diverge.
 
     Raises
     ------
@@ -91,16 +110,23 @@ def global_start(motion: Motion, hidden: int = 5, *, budget: int = 15_000, seed:
         updating="deferred",
         rng=seed,
     )
-    # Refine all variables together.
-    _, linear = _project(problem, found.x[None, :])
-    steepness = np.exp(found.x[hidden:])
-    inertia, output, bias = linear[0, 0], linear[0, 1:-1], linear[0, -1:]
-    start = np.concatenate([[inertia], steepness, -steepness * found.x[:hidden], output, bias])
-    best = estimate_by_input_error(problem, start).theta
-    return _for_free_run(problem, best)
+    # Refine all variables of the best points together.
+    points = found.population[np.argsort(found.population_energies)[:REFINED]]
+    _, linear = _project(problem, points)
+    steepness = np.exp(points[:, hidden:])
+    inertia, output, bias = linear[:, :1], linear[:, 1:-1], linear[:, -1:]
+    starts = np.hstack([inertia, steepness, -steepness * points[:, :hidden], output, bias])
+    return _best(problem, starts, judge)
 
 
-def multistart_start(motion: Motion, hidden: int = 5, *, starts: int = 20, seed: int | np.random.Generator) -> Array:
+def multistart_start(
+    motion: Motion,
+    hidden: int = 5,
+    *,
+    starts: int = 20,
+    judge: Judge | None = None,
+    seed: int | np.random.Generator,
+) -> Array:
     """Return a start as `global_start`, from descents whose first neuron is a jump at rest.
 
     Raises
@@ -125,9 +151,7 @@ def multistart_start(motion: Motion, hidden: int = 5, *, starts: int = 20, seed:
     points = np.array([np.append(1.0, jump_start(hidden, generator)) for _ in range(starts)])
     if points.shape[1] > motion.speed.size:
         raise DataError(f"{points.shape[1]} numbers but {motion.speed.size} samples: give more, or fewer neurons")
-    free = np.full(points.shape[1], np.inf)
-    found, errors = lockstep(problem.points, points, -free, free, evaluations=DESCENT)
-    return _for_free_run(problem, found[np.argmin(errors)])
+    return _best(problem, points, judge)
 
 
 def jump_start(hidden: int, generator: np.random.Generator) -> Array:
@@ -137,9 +161,12 @@ def jump_start(hidden: int, generator: np.random.Generator) -> Array:
     return weights
 
 
-def _for_free_run(problem: InputError, theta: Array) -> Array:
-    """Replace J by 1/J in the unit of the free-run error."""
-    return np.append(problem.reciprocal_inertia(theta) / INERTIA_START, theta[1:])
+def _best(problem: InputError, starts: Array, judge: Judge | None) -> Array:
+    """Descend in input error from starts, shape (B, p); return the best of the results with 1/J in place of J."""
+    free = np.full(starts.shape[1], np.inf)
+    found, errors = lockstep(problem.points, starts, -free, free, evaluations=DESCENT)
+    found[:, 0] = 1.0 / (found[:, 0] * INERTIA_UNIT * INERTIA_START)
+    return np.asarray(found[np.argmin(errors if judge is None else judge(found))])
 
 
 def _project(problem: InputError, points: Array) -> tuple[Array, Array]:

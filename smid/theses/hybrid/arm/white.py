@@ -3,7 +3,8 @@
 1/J, b, Ws and Wd are changed until the free run fits the angle. The thesis used Euler's method and ODE23. The result
 depends on the integrator, because the constants compensate the error of Euler's method. Here also the exact motion is
 used (`smid.theses.hybrid.arm.exact_motion`), which has no step size. With a step size the run jumps when a constant
-moves an event across a sample, and derivatives do not include the jump. The exact run is continuous.
+moves an event across a sample, and derivatives do not include the jump. The exact run is continuous. The linearly
+implicit scheme follows sticking in steps of a sample.
 
 Reference: hybrid thesis, section F.2, table F.2.
 """
@@ -27,7 +28,7 @@ from smid.theses.hybrid.arm.exact_motion import exact_motion
 
 __all__ = ["INTEGRATIONS", "TABLE_F2_START", "WhiteEstimate", "estimate_white", "white_arm", "white_free_run"]
 
-INTEGRATIONS = ("exact", "rk4", "euler")
+INTEGRATIONS = ("exact", "rosenbrock", "rk4", "euler")
 TABLE_F2_START: dict[str, float] = {"theta": 16.0, "b": 0.0016, "Ws": 1.6, "Wd": 0.16}
 """Initial values of table F.2."""
 

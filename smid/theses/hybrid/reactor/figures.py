@@ -12,10 +12,11 @@ from smid.hybrid.estimate import ERRORS
 from smid.theses.hybrid.reactor.records import SAMPLING_TIME
 
 if TYPE_CHECKING:
+    from smid.theses.hybrid.reactor.conditions import OtherConditions
     from smid.theses.hybrid.reactor.output_errors import OutputErrors
     from smid.theses.hybrid.reactor.requirements import RequirementStudy
 
-__all__ = ["output_error_figure", "requirement_figure"]
+__all__ = ["output_error_figure", "requirement_figure", "training_figure"]
 
 _TITLES = {"prediction": "trained one step ahead", "simulation": "trained in free run"}
 _COLOURS = (RED, BLUE, ORANGE, SKY, GREEN)
@@ -72,4 +73,24 @@ def requirement_figure(study: RequirementStudy) -> Figure:
             axes.set_xlabel("time [s]")
         figure.supylabel("output of the network [mol/m³]", fontsize=8)
         figure.legend(list(drawn.values()), list(drawn), loc="outside upper center", ncols=3)
+    return figure
+
+
+def training_figure(study: OtherConditions) -> Figure:
+    """Draw plant, first principles, network and hybrid model of figure 6.2, by training record."""
+    with style():
+        figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
+        panels = figure.subplots(1, len(study.runs), sharex=True, sharey=True, squeeze=False)[0]
+        for axes, (training, (plant, white, hybrid)) in zip(panels, study.runs.items(), strict=True):
+            time = SAMPLING_TIME * np.arange(plant.size)
+            axes.plot(time, plant, color=INK, linewidth=2.4, alpha=0.3, label="plant")
+            axes.plot(time, white, color=ORANGE, linestyle="--", label="first principles")
+            axes.plot(time, hybrid - white, color=GREEN, linestyle=":", label="network")
+            axes.plot(time, hybrid, color=BLUE, label="hybrid")
+            axes.set_title(training, loc="left", fontsize=8)
+            axes.set(xlabel="time [s]", xlim=(0, 30))
+            axes.grid(True, linewidth=0.4, color=GRID)
+        panels[0].set_ylabel("concentration [mol/m³]")
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=4)
     return figure

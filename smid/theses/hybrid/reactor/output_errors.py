@@ -27,12 +27,12 @@ from smid.hybrid.back_couplings import EXTRA, SIMPLE, BackCouplings
 from smid.hybrid.estimate import ERRORS, HybridEstimate, estimate
 from smid.hybrid.parallel import parallel
 from smid.hybrid.series import series
-from smid.theses.hybrid.reactor.records import PLANTS, free_run, reactor_record, white_reactor
+from smid.theses.hybrid.reactor.records import PLANTS, first_principles, free_run, reactor_record, white_reactor
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["CELLS", "OutputErrors", "estimated_reactor", "output_errors"]
+__all__ = ["AXIS", "CELLS", "OutputErrors", "estimated_reactor", "output_errors", "shown_error"]
 
 AXIS = 0.25
 ASKED = BackCouplings(2, 2)
@@ -67,7 +67,7 @@ class OutputErrors(Tabular):
     def table(self, error: str) -> Table:
         """Return the table for one of `ERRORS`."""
         rows = tuple(
-            (plant, _cell(self.alone[k]), *(_cell(self.largest[error, column][k]) for column in CELLS))
+            (plant, shown_error(self.alone[k]), *(shown_error(self.largest[error, column][k]) for column in CELLS))
             for k, plant in enumerate(self.plants)
         )
         return Table(
@@ -155,9 +155,8 @@ def output_errors(
         largest.setdefault((error, column), []).append(float(np.nan_to_num(deviation, nan=np.inf).max()))
     alone = []
     for plant in plants:
-        data = records[plant]
-        run = white_reactor(plant).simulate(data, initial={"w": data.values("u")[:1]}).outputs[0]["y"]
-        alone.append(float(np.abs(run - data.values("y")).max()))
+        deviation = first_principles(plant, records[plant]) - records[plant].values("y")
+        alone.append(float(np.abs(deviation).max()))
     return OutputErrors(tuple(plants), {key: np.array(values) for key, values in largest.items()}, np.array(alone))
 
 
@@ -171,13 +170,15 @@ def estimated_reactor(
     iterations: int = 300,
     seed: int = 1,
     signal: str = "noisy_staircase",
+    noise_share: float = 0.0,
 ) -> HybridEstimate:
-    """Return the estimate of one cell of the table; `error` is one of `ERRORS`, `signal` trains the network."""
+    """Return the estimate of one cell of the table from a `reactor_record`; `error` is one of `ERRORS`."""
     join = {"series": series, "parallel": parallel}[topology]
-    data = reactor_record(plant, signal, seed)
+    data = reactor_record(plant, signal, seed, noise_share=noise_share)
     hybrid = join(white_reactor(plant), couplings)
     return estimate(hybrid, data, error=error, starts=starts, iterations=iterations, seed=seed)
 
 
-def _cell(value: float) -> str:
+def shown_error(value: float) -> str:
+    """Return an error, marked as bad beyond the axis of figure 6.7."""
     return f"{figure(value)}, bad" if value > AXIS and np.isfinite(value) else figure(value) if value <= AXIS else "bad"

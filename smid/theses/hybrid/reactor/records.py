@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.fitting.binding import bind
@@ -20,28 +22,34 @@ from smid.signals import constant, noisy_staircase, sine
 from smid.theses.hybrid.full_reactor import simulate_full_reactor
 from smid.theses.hybrid.plants import MISMATCHES, reactor_base, simulate_reactor
 
-__all__ = ["PLANTS", "SIGNALS", "free_run", "reactor_record", "white_reactor"]
+__all__ = ["PLANTS", "SIGNALS", "first_principles", "free_run", "reactor_record", "white_reactor"]
 
 SAMPLING_TIME = 1.0
 FULL = "full_balances"
 PLANTS: tuple[str, ...] = (*MISMATCHES, FULL)
 """Table 2, the plant of (5.12), and the full balances."""
 
-CENTRE, REACH, VALIDATION = 0.5, 0.4, 100
+REACH, VALIDATION = 0.4, 100
 SUBSTEPS = 4  # of Runge and Kutta's scheme: the white model's error is then below 1e-6
 
 SIGNALS = ("noisy_staircase", "sine", "constant")
 
 
-def reactor_record(plant: str, signal: str = "noisy_staircase", seed: int = 1) -> Dataset:
-    """Simulate a reactor under one of the thesis's inputs, without noise: input ``u`` and output ``y``.
+def reactor_record(
+    plant: str, signal: str = "noisy_staircase", seed: int = 1, *, noise_share: float = 0.0, level: float = 0.5
+) -> Dataset:
+    """Simulate a reactor under one of the thesis's inputs: input ``u`` and output ``y``.
 
     Parameters
     ----------
     plant, signal
         One of `PLANTS`, and one of `SIGNALS`.
     seed
-        Of the staircase's noise.
+        Of the staircase's noise and the output's.
+    noise_share
+        Bound of the uniform noise on the output, as a share of the output's span.
+    level
+        Centre of the input, in mol/m3.
 
     Raises
     ------
@@ -55,18 +63,20 @@ def reactor_record(plant: str, signal: str = "noisy_staircase", seed: int = 1) -
     """
     refuse_unknown("plant", [plant], PLANTS)
     refuse_unknown("signal", [signal], SIGNALS)
-    u = _input(signal, seed)
+    u = _input(signal, seed, level)
     y = simulate_full_reactor(u, SAMPLING_TIME) if plant == FULL else simulate_reactor(plant, u, SAMPLING_TIME)
+    if noise_share:
+        y = y + noise_share * np.ptp(y) * np.random.default_rng(seed).uniform(-1.0, 1.0, y.size)
     data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=SAMPLING_TIME, name=signal)
     return replace(data, source=f"{plant}, {signal} (simulated)")
 
 
-def _input(signal: str, seed: int) -> Array:
+def _input(signal: str, seed: int, level: float) -> Array:
     if signal == "constant":
-        return constant(VALIDATION, offset=CENTRE)
+        return constant(VALIDATION, offset=level)
     if signal == "sine":
-        return sine(100, amplitude=REACH, offset=CENTRE)
-    return noisy_staircase(340, seed=seed, steps=4, amplitude=REACH, offset=CENTRE, noise_amplitude=0.05)
+        return sine(100, amplitude=REACH, offset=level)
+    return noisy_staircase(340, seed=seed, steps=4, amplitude=REACH, offset=level, noise_amplitude=0.05)
 
 
 def white_reactor(plant: str) -> Model:
@@ -84,6 +94,11 @@ def white_reactor(plant: str) -> Model:
     """
     refuse_unknown("plant", [plant], PLANTS)
     return replace(Reactor(2.0) if plant == FULL else reactor_base(plant), substeps=SUBSTEPS)
+
+
+def first_principles(plant: str, data: Dataset) -> Array:
+    """Return the free run of the first principles alone from the input's start, shape (n,)."""
+    return white_reactor(plant).simulate(data, initial={"w": data.values("u")[:1]}).outputs[0]["y"]
 
 
 def free_run(hybrid: HybridModel, data: Dataset) -> Array:

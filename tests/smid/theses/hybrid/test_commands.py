@@ -6,7 +6,13 @@ from pathlib import Path
 import pytest
 
 from smid.theses.hybrid import commands
-from smid.theses.hybrid.reactor import ReactorStudy, output_errors, requirement_study, time_constant_study
+from smid.theses.hybrid.reactor import (
+    ReactorStudy,
+    other_conditions,
+    output_errors,
+    requirement_study,
+    time_constant_study,
+)
 
 
 @pytest.fixture
@@ -15,6 +21,7 @@ def asked(monkeypatch):
     kept = {}
     study = ReactorStudy(
         output_errors(["factor"], starts=1, iterations=3),
+        other_conditions(["factor"], starts=1, iterations=3),
         requirement_study(["factor"], ["series, extra"], starts=1, iterations=3),
         time_constant_study(starts=1, iterations=3),
     )

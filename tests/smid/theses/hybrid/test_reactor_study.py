@@ -9,12 +9,14 @@ from smid.models import ModelError
 from smid.theses.chapter import write_chapter
 from smid.theses.hybrid.reactor import (
     ReactorStudy,
+    other_conditions,
     output_errors,
     reactor_record,
     reactor_study,
     requirement_study,
     time_constant_study,
 )
+from smid.theses.hybrid.reactor.conditions import TRAININGS, VALIDATIONS
 from smid.theses.hybrid.reactor.output_errors import CELLS
 
 
@@ -22,6 +24,7 @@ from smid.theses.hybrid.reactor.output_errors import CELLS
 def study():
     return ReactorStudy(
         output_errors(["two_in_succession"], starts=1, iterations=60),
+        other_conditions(["two_in_succession"], starts=1, iterations=20),
         requirement_study(["factor"], ["series, simple", "series, extra", "parallel, simple"], starts=1, iterations=60),
         time_constant_study(starts=1, iterations=40),
     )
@@ -39,6 +42,23 @@ def test_networks_with_enough_back_couplings_learn_what_is_required(study):
     assert by_column["series, extra", "simulation"].largest(0.0, 2.0) < 0.005
     assert by_column["series, simple", "simulation"].largest(0.0, 2.0) > 0.01
     assert by_column["series, extra", "simulation"].requirement.couplings.inputs == 1
+
+
+def test_other_conditions_hold_every_training_and_validation(study):
+    """The network that is large enough beats the first principles, also from noisy records."""
+    found = study.conditions
+    assert len(found.largest) == len(TRAININGS) * len(VALIDATIONS) * len(CELLS)
+    for training in ("staircase", "staircase, 1 % noise"):
+        error = found.largest[training, "parallel, as analysed", "constant 0.5"][0]
+        assert error < 0.1 * study.errors.alone[0]
+    for plant, _, _ in found.runs.values():
+        np.testing.assert_array_equal(plant, reactor_record("two_in_succession", "constant").values("y"))
+    assert len(found.plot().axes) == 3
+
+
+def test_noise_is_within_its_share_of_the_span():
+    clean, noisy = (reactor_record("factor", noise_share=share).values("y") for share in (0.0, 0.01))
+    assert 0.008 < np.abs(noisy - clean).max() / np.ptp(clean) <= 0.01
 
 
 def test_only_the_network_in_the_balance_leaves_the_time_constant(study):

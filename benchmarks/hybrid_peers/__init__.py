@@ -1,0 +1,1 @@
+"""The embedded arm in smid and in other libraries."""
