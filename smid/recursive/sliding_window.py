@@ -119,7 +119,7 @@ class SlidingWindow:
         """
         k, change = len(self._lower), None
         if not (abs(u) < LARGEST and abs(y) < LARGEST):
-            raise refusal(k, u, y)
+            raise refusal(k, (u,), y)
         self._samples.append((float(u), float(y)))
         if len(self._samples) == self.window and (k + 1) % self.every == 0:
             change = self._compute(k)
