@@ -18,7 +18,7 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array, Index
 from smid.recursive.polytope import Polytope
-from smid.recursive.weighted_sums import Drift, Noise, WeightedSums, impulse_response, principal_axes
+from smid.recursive.weighted_sums import Drift, Noise, WeightedSums, principal_axes
 
 __all__ = ["Equations", "Windows", "refined"]
 
@@ -30,8 +30,6 @@ ROUNDS = 12
 """Largest number of linear programs of a pass."""
 VIOLATED = 1e-6
 """Smallest violation of a row by a vertex that counts, relative to the row's range over the box."""
-FADED = 1e-3
-"""Share of the weights that may lie beyond the longest sum."""
 SHORTER = 1.5
 """Factor from one length of the sums over the first equations to the next."""
 SHORTEST = 3
@@ -117,8 +115,9 @@ class Piece:
             if na:
                 axes, _ = principal_axes(part, na)
                 part = part.along(np.pad(axes, ((0, 0), (0, part.n - na))))
-            windows = equations.windows(_length(part, na, len(equations.stored)) if equations.combine else 1)
-            cut, carried = _cut(part, axes, windows, equations)
+            most = max(len(equations.stored) // 2, SHORTEST) if equations.combine else 1
+            sums = WeightedSums.around(equations.noises, part, axes, most)
+            cut, carried = _cut(part, axes, sums, equations)
             if cut.empty:
                 return None
             part = cut
@@ -162,19 +161,13 @@ def refined(
     return ends.max(axis=0), _joined([kept[k] for k in np.unique(ends.argmax(axis=0))])
 
 
-def _length(part: Polytope, na: int, most: int) -> int:
-    """Return after how many equations the impulse response at the centre has faded; at most half of those stored."""
-    response = np.abs(impulse_response(part.vertices[:, :na].mean(axis=0), 1.0, max(most // 2, 1)))
-    left = response[::-1].cumsum()[::-1]
-    return max(int((left > FADED * left[0]).sum()), SHORTEST)
-
-
 def _cut(
-    part: Polytope, axes: Array, windows: Sequence[Windows], equations: Equations
+    part: Polytope, axes: Array, longest: WeightedSums, equations: Equations
 ) -> tuple[Polytope, tuple[Windows, ...]]:
-    """Return a piece cut by the rows of the windows that its vertices violate, and the windows whose rows cut it."""
+    """Return a piece cut by the rows that its vertices violate, and the windows of these rows."""
+    windows = equations.windows(longest.weights.shape[1])
     size, rows, right, source = np.maximum(np.abs(part.lower), np.abs(part.upper)), [], [], []
-    by_length: dict[int, WeightedSums] = {}
+    by_length = {longest.weights.shape[1]: longest}
     for which, own in enumerate(windows):
         length = own.equations.shape[1]
         sums = by_length.get(length) or WeightedSums.around(equations.noises, part, axes, length)

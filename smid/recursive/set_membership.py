@@ -11,7 +11,7 @@ At every sample:
 2. The sample's equation is stored.
 3. Weighted sums of the last equations, with low noise, give two rows each (`smid.recursive.weighted_sums`). With an
    equation error, the equation itself gives them.
-4. Sums that end at a few older equations give rows too: their noise bound improves when the set shrinks.
+4. Without drift, sums that end at a few older equations give rows too: their noise improves when the set shrinks.
 5. The rows cut the set (`smid.recursive.polytope`). Without drift the set only shrinks.
 
 On request, all stored equations tighten the set (`smid.recursive.refinement`). A refinement takes tenths of a second,
@@ -57,13 +57,13 @@ Range = tuple[float, float]
 SHRUNK = 0.8
 """New weights when a width of the set falls below this share of its value at the last weights."""
 GROWN = 1.5
-"""New weights when the number of equations exceeds the length of the weights by this factor."""
+"""New weights when the number of stored equations exceeds that at the last weights by this factor."""
 PATIENCE = 20
 """Samples between two checks of the axes of the enclosure; weights of a set that drifts hold for as many."""
 TIGHTER = 0.7
 """The axes are turned if the estimated volume of the enclosure falls below this share."""
 OLDER = 3
-"""Number of older equations that are used again at each sample."""
+"""Number of older equations that are used again at each sample. With a drift they tell little of the present."""
 SMALLEST_MEMORY = 20
 _ROOM = 1024
 
@@ -161,12 +161,12 @@ class RecursiveSet:
         # Newest equation first. The start moves down; equations are copied back once every `memory` samples.
         self._equations = np.zeros((2 * self.memory, 1 + self._prior.n))
         self._place, self._filled, self._turn = 2 * self.memory, 0, 0
-        self._sums = self._first
+        self._sums, self._most = self._first, 1
 
     def _begin(self, sample: int) -> None:
         """Restart from the first box, without equations; the next equation is that of `sample`."""
         self._set, self._since = self._prior, sample
-        self._sums, self._axes = self._first, np.eye(self.arx.na)
+        self._sums, self._most, self._axes = self._first, 1, np.eye(self.arx.na)
         self._widths, self._made = self._set.widths, math.inf  # sums for the first box hold for ever
         self._filled, self._turn = 0, 0
         self._held: tuple[Windows, ...] = ()
@@ -338,30 +338,39 @@ class RecursiveSet:
 
     def _cut(self) -> None:
         """Cut the set by the sums that end at the newest equation and at some older ones."""
-        if self._summed:
-            self._prepare()
+        drifts = self._drift is not None
+        if self._summed and self._prepare() and drifts:
+            return  # both in one sample would take too long: the next sample cuts by this equation
         length = self._sums.weights.shape[1]
-        older = self._filled - length if self._combine else 0
-        back = [0]
-        for _ in range(min(OLDER, older)):
-            self._turn = self._turn % older + 1
-            back.append(self._turn)
+        older, back = self._filled - length, [0]
+        if drifts:
+            back += [1] if older > 0 else []
+        elif self._combine:
+            for _ in range(min(OLDER, older)):
+                self._turn = self._turn % older + 1
+                back.append(self._turn)
         ages = np.array(back)
         windows = self._equations[self._place + ages[:, None] + np.arange(length)]
         size = np.maximum(np.abs(self.lower), np.abs(self.upper))
         self._set = self._set.cut(*self._sums.rows(windows, size, self._slip, ages, self._drift))
 
-    def _prepare(self) -> None:
-        """Update the axes of the enclosure, or the weights if the set has shrunk or they are too old for its drift."""
-        length = min(self._filled, self.memory // 2) if self._combine else 1
+    def _prepare(self) -> bool:
+        """Update the axes of the enclosure, or the weights if the set has shrunk or they are too old for its drift.
+
+        Return whether either was done.
+        """
+        most = min(self._filled, self.memory // 2) if self._combine else 1
         shrunk = bool((self._set.widths < SHRUNK * self._widths).any())
         old = self._drift is not None and self._count >= self._made + PATIENCE
         if not old and (self._count - self._since) % PATIENCE == 0 and self._turn_axes():
             self._widths = np.array(np.inf)
-        elif old or shrunk or length >= GROWN * self._sums.weights.shape[1]:
+            return True
+        if old or shrunk or most >= GROWN * self._most:
             margin = None if self._drift is None else PATIENCE * self._drift.step
-            self._sums = WeightedSums.around(self._noises, self._set, self._axes, length, margin)
-            self._widths, self._made = self._set.widths, self._count
+            self._sums = WeightedSums.around(self._noises, self._set, self._axes, most, margin)
+            self._widths, self._made, self._most = self._set.widths, self._count, most
+            return True
+        return False
 
     def _turn_axes(self) -> bool:
         """Return whether the enclosure was turned to the set's principal axes, which must be much tighter."""

@@ -38,12 +38,14 @@ from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from smid.recursive.polytope import Polytope
 
-__all__ = ["Noise", "WeightedSums", "impulse_response", "principal_axes"]
+__all__ = ["Drift", "Noise", "WeightedSums", "principal_axes"]
 
 DRAWN = (0.5, 0.8, 1.0)
 """Factors of the poles, in addition to zero."""
 RADIUS = 0.995
 """Largest radius of the poles of the weights; the poles of a centre may be unstable."""
+FADED = 2e-4
+"""Share of the weights that may lie beyond the longest sum."""
 
 
 @dataclass(frozen=True)
@@ -93,9 +95,11 @@ class WeightedSums:
 
     @staticmethod
     def around(
-        noises: Sequence[Noise], polytope: Polytope, axes: Array, length: int, margin: Array | None = None
+        noises: Sequence[Noise], polytope: Polytope, axes: Array, most: int, margin: Array | None = None
     ) -> WeightedSums:
-        """Return sums of `length` equations whose noise is small over a set.
+        """Return sums whose noise is small over a set, of as many equations as the weights need to fade.
+
+        `most` limits their number; for 1 the only sum is the single equation.
 
         The first parameters of the polytope are a. Its ends after those of the box bound ``axes @ a``; the axes, shape
         (na, na), are nearly orthogonal. The bounds hold over the set enlarged by `margin`, shape (n,).
@@ -111,10 +115,10 @@ class WeightedSums:
         skew = np.abs(np.eye(na) - axes.T @ axes) + (na + 4) * EPSILON * (np.abs(axes.T) @ np.abs(axes))
         rest = float((skew @ size[:na]).sum())
         # Weights: the single equation, and one impulse response for each factor.
-        weights = np.zeros((1 if length == 1 else len(DRAWN) + 1, length))
-        weights[0, 0] = 1.0
-        for f, drawn in enumerate(DRAWN[: len(weights) - 1], start=1):
-            weights[f] = impulse_response(turned.mean(axis=0), drawn, length)
+        weights = np.ones((1, 1))
+        if most > 1:
+            responses = _impulse_responses(turned.mean(axis=0), most)
+            weights = np.concatenate([np.eye(1, responses.shape[1]), responses])
         # The noises, one after the other.
         slopes, levels = np.zeros((len(weights), n)), np.zeros(len(weights))
         for noise in noises:
@@ -132,12 +136,13 @@ class WeightedSums:
     ) -> tuple[Array, Array]:
         """Return the rows ``normals @ theta <= offsets`` that the sums give.
 
-        `windows`, shape (w, K, 1 + n), holds ``y[t]`` and ``phi[t]`` of consecutive equations, newest first. `size` is
+        `windows`, shape (w, K or more, 1 + n), holds ``y[t]`` and ``phi[t]`` of consecutive equations, newest first. `size` is
         the largest magnitude of each parameter, and `slip` the relative error of the regressors. With a drift, `ages`,
         shape (w,), are the samples since the newest equation of each window.
         """
         # Sums of the equations, and their noise bounds as linear functions of the parameters.
         (count, length), width = self.weights.shape, windows.shape[2]
+        windows = windows[:, :length]
         sums = (self.weights @ windows).reshape(-1, width)
         absolute = (np.abs(self.weights) @ np.abs(windows)).reshape(sums.shape)
         tilt = np.tile(self.slopes, (len(windows), 1))
@@ -212,12 +217,18 @@ def _affine_bound(noise: Noise, weights: Array, enclosures: Sequence[Array], res
     return slopes, levels + 2.0 * rounding + rest * (total + steepest) + TINY
 
 
-def impulse_response(a: Array, drawn: float, length: int) -> Array:
-    """Return the first samples of ``1 / A``, with poles multiplied by a factor and moved inside the unit circle."""
-    radius = drawn * float(np.abs(np.roots(np.append(1.0, a))).max(initial=0.0))
-    factor = drawn * min(1.0, RADIUS / radius) if radius > 0 else drawn
-    denominator = np.append(1.0, a * factor ** np.arange(1, len(a) + 1))
-    return np.asarray(lfilter([1.0], denominator, np.append(1.0, np.zeros(length - 1))))
+def _impulse_responses(a: Array, most: int) -> Array:
+    """Return the first samples of ``1 / A``, one row for each factor of the poles, until the slowest has faded.
+
+    Poles outside the unit circle are moved inside.
+    """
+    radius = float(np.abs(np.roots(np.append(1.0, a))).max(initial=0.0))
+    start, found = np.append(1.0, np.zeros(most - 1)), []
+    for drawn in DRAWN:
+        factor = drawn * min(1.0, RADIUS / (drawn * radius)) if radius > 0 else drawn
+        found.append(lfilter([1.0], np.append(1.0, a * factor ** np.arange(1, len(a) + 1)), start))
+    left = np.abs(found[-1])[::-1].cumsum()[::-1]
+    return np.array(found)[:, : int((left > FADED * left[0]).sum())]
 
 
 def principal_axes(polytope: Polytope, na: int) -> tuple[Array, Array]:
