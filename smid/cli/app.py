@@ -53,6 +53,10 @@ COMMANDS = {
         "smid.cli.study:study",
         "Compute certified intervals for every combination of orders, methods and noise bounds.",
     ),
+    "track": (
+        "smid.cli.track:track",
+        "Follow certified intervals of a linear model sample by sample, and prove changes of the plant.",
+    ),
     "validate": ("smid.cli.validate:validate", "Simulate an identified model on other records."),
     "verify": (
         "smid.cli.verify:verify",

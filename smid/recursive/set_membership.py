@@ -229,10 +229,15 @@ class RecursiveSet:
         return self._changes[-1].sample if self._changes else None
 
     @property
+    def changes(self) -> tuple[Change, ...]:
+        """Return the certified changes of the plant so far."""
+        return tuple(self._changes)
+
+    @property
     def history(self) -> SetHistory:
         """Return the intervals and changes of all samples so far."""
         n, ends = self._set.n, self._ends[: self._count]
-        return SetHistory(self.arx.names, -ends[:, n:], ends[:, :n].copy(), tuple(self._changes))
+        return SetHistory(self.arx.names, -ends[:, n:], ends[:, :n].copy(), self.changes)
 
     def update(self, u: float | Sequence[float], y: float) -> Change | None:
         """Return the change of the plant that this sample certifies, or None, and update the set.
@@ -381,9 +386,7 @@ class RecursiveSet:
         return True
 
 
-def _noises(
-    arx: Arx, noise_bound: float, error: str, input_noise_bound: float | Sequence[float]
-) -> tuple[Noise, ...]:
+def _noises(arx: Arx, noise_bound: float, error: str, input_noise_bound: float | Sequence[float]) -> tuple[Noise, ...]:
     """Return the noises of an equation; raise `ModelError` if a bound of an input is not valid."""
     past = arx.na if error == "output" else 0
     found = [Noise(noise_bound, 1.0, tuple(range(past)), tuple(range(1, past + 1)))]

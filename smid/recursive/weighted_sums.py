@@ -136,9 +136,9 @@ class WeightedSums:
     ) -> tuple[Array, Array]:
         """Return the rows ``normals @ theta <= offsets`` that the sums give.
 
-        `windows`, shape (w, K or more, 1 + n), holds ``y[t]`` and ``phi[t]`` of consecutive equations, newest first. `size` is
-        the largest magnitude of each parameter, and `slip` the relative error of the regressors. With a drift, `ages`,
-        shape (w,), are the samples since the newest equation of each window.
+        `windows`, shape (w, K or more, 1 + n), holds ``y[t]`` and ``phi[t]`` of consecutive equations, newest first.
+        `size` is the largest magnitude of each parameter, and `slip` the relative error of the regressors. With a
+        drift, `ages`, shape (w,), are the samples since the newest equation of each window.
         """
         # Sums of the equations, and their noise bounds as linear functions of the parameters.
         (count, length), width = self.weights.shape, windows.shape[2]
@@ -153,7 +153,11 @@ class WeightedSums:
             noise = noise + (1 + (length + width + 8) * EPSILON) * (
                 (old @ np.abs(windows[:, :, 1:])).reshape(-1, width - 1) @ drift.step
                 + since * (np.abs(sums[:, 1:]) @ drift.step + slip * (absolute[:, 1:] @ drift.step))
-                + drift.noise * (np.tile(old.sum(axis=1), len(windows)) + since * np.tile(np.abs(self.weights).sum(axis=1), len(windows)))
+                + drift.noise
+                * (
+                    np.tile(old.sum(axis=1), len(windows))
+                    + since * np.tile(np.abs(self.weights).sum(axis=1), len(windows))
+                )
             )
         # Two rows for each sum, with the offset enlarged by the rounding.
         normals = np.concatenate([sums[:, 1:] - tilt, -sums[:, 1:] - tilt])
