@@ -297,7 +297,9 @@ def drifting(seed: int, na: int, nb: int, inputs: int, input_bound: float, n: in
 
 
 def follows(seed: int) -> tuple[int, bool, bool, float, int]:
-    """Return plant, whether it was always inside, whether a change was proven, width of a1, samples inside without drift."""
+    """Return plant, whether it was always inside, whether a change was proven, width of a1, samples inside of a set
+    without drift.
+    """
     which = seed % len(DRIFTS)
     case, step = drifting(seed, *DRIFTS[which][1:])
     options = {"input_noise_bound": DRIFTS[which][4]}
@@ -365,50 +367,63 @@ def plant_record(a: Array, b: Array, n: int, seed: int = 0, error: str = "output
     return Record(Arx(len(a), len(b) - 1), np.concatenate([a, b]), u, y, bound, error)
 
 
-def batch(case: Record, n: int) -> tuple[Array, Array, float]:
-    """Return the batch intervals of the first samples, and the processor seconds that they took."""
+def batch(case: Record, n: int) -> tuple[Array, Array, float, str]:
+    """Return the batch intervals of the first samples, the processor seconds that they took, and why they ended."""
     reach = {p.name: (p.lower, p.upper) for p in OutputError(case.arx.na, case.arx.nb, stable=True).parameters}
     bounds = {name: reach[name] for name in case.arx.names if name.startswith("a")} | case.bounds
     data = Dataset.from_arrays(input={"u": case.u[:n]}, output={"y": case.y[:n]}, sampling_time=1.0)
     began = time.process_time()
     model = OutputError(case.arx.na, case.arx.nb, bounds=bounds)
-    found = identify(model, data, case.noise_bound, tolerance=1e-2, seconds=BATCH_LIMIT).intervals
+    found = identify(model, data, case.noise_bound, tolerance=1e-2, seconds=BATCH_LIMIT)
     seconds = time.process_time() - began
-    return np.array([i.lower for i in found]), np.array([i.upper for i in found]), seconds
+    ends = found.intervals
+    return np.array([i.lower for i in ends]), np.array([i.upper for i in ends]), seconds, found.reason.name.lower()
 
 
-BATCH_LIMIT = 120.0
+BATCH_LIMIT = 120.0  # seconds
 PIECES = (16, 64, 256)
+
+
+CASES = (
+    *PLANTS,
+    *((f"2 poles, random {seed}", seed, 2) for seed in (0, 1, 2, 4, 5, 6, 7)),
+    ("3 poles, random 0", 0, 3),
+)
+
+
+def beside_batch(case: tuple[Any, ...]) -> list[str]:
+    """Return a row: widths before and after refinements as multiples of the batch widths, and the times."""
+    title, first, second = case
+    known = (
+        plant_record(first, second, 400) if isinstance(first, np.ndarray) else record(first, second, second - 1, 400)
+    )
+    low, high, seconds, reason = batch(known, 400)
+    ratios, spent, inside = list[str](), list[str](), True
+    for pieces in (0, *PIECES):
+        estimator = known.estimator()
+        for sample in zip(known.u.tolist(), known.y.tolist(), strict=True):
+            estimator.update(*sample)
+        before = time.process_time()
+        if pieces:
+            estimator.refine(pieces)
+            spent.append(f"{time.process_time() - before:.1f}")
+        ratio = (estimator.upper - estimator.lower) / (high - low)
+        ratios.append(f"{ratio.min():.2f} to {ratio.max():.2f}")
+        inside &= bool((estimator.lower <= known.truth).all() and (known.truth <= estimator.upper).all())
+    return [title, *ratios, "yes" if inside else "no", f"{seconds:.1f}, {reason}", ", ".join(spent)]
 
 
 def widths() -> str:
     """Return how much wider the recursive intervals are than the batch ones, before and after a refinement."""
-    began, rows = time.perf_counter(), []
-    cases = [(title, plant_record(a, b, 400)) for title, a, b in PLANTS]
-    cases += [(f"2 poles, random {seed}", record(seed, 2, 1, 400)) for seed in range(8)]
-    cases += [(f"3 poles, random {seed}", record(seed, 3, 2, 400)) for seed in (0, 3, 7)]
-    for title, case in cases:
-        low, high, seconds = batch(case, 400)
-        ratios, times_, outer = [], [], True
-        for pieces in (0, *PIECES):
-            estimator = case.estimator()
-            for sample in zip(case.u.tolist(), case.y.tolist(), strict=True):
-                estimator.update(*sample)
-            before = time.process_time()
-            if pieces:
-                estimator.refine(pieces)
-            times_.append(time.process_time() - before)
-            ratio = (estimator.upper - estimator.lower) / (high - low)
-            ratios.append(f"{ratio.min():.2f} to {ratio.max():.2f}")
-            outer &= bool((estimator.lower <= case.truth).all() and (case.truth <= estimator.upper).all())
-        times_text = ", ".join(f"{t:.1f}" for t in times_[1:])
-        rows.append([title, *ratios, "yes" if outer else "no", f"{seconds:.1f}", times_text])
+    began = time.perf_counter()
+    with ProcessPoolExecutor(2) as pool:
+        rows = list(pool.map(beside_batch, CASES))
     head = [
         "poles",
         "recursive / batch, over the parameters",
         *(f"refined in {pieces} pieces / batch" for pieces in PIECES),
         "truth inside",
-        "batch s",
+        "batch s, ended by",
         "refinement s",
     ]
     text = section("Width beside batch intervals, output error, N = 400", head, rows, began)
