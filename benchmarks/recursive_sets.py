@@ -297,9 +297,7 @@ def drifting(seed: int, na: int, nb: int, inputs: int, input_bound: float, n: in
 
 
 def follows(seed: int) -> tuple[int, bool, bool, float, int]:
-    """Return plant, whether it was always inside, whether a change was proven, width of a1, samples inside of a set
-    without drift.
-    """
+    """Return plant, whether it was always inside, false proofs, width of a1, and samples inside without a drift."""
     which = seed % len(DRIFTS)
     case, step = drifting(seed, *DRIFTS[which][1:])
     options = {"input_noise_bound": DRIFTS[which][4]}

@@ -126,7 +126,8 @@ def phases(
     except EmptyFeasibleSetError as proof:
         outputs.say(proof)
         outputs.write(study_document("phases", {"empty": proof.to_dict()}))
-        outputs.write_report(lambda path: empty_report(path, proof, model, data, settings=settings))
+        empty = proof
+        outputs.write_report(lambda path: empty_report(path, empty, model, data, settings=settings))
         context.exit(EMPTY)
     outputs.say(found)
     outputs.write(study_document("phases", found.to_dict()))

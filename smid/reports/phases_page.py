@@ -23,11 +23,11 @@ def phases_page(found: Phases, settings: Mapping[str, str] | None = None) -> Pag
             found.widths.table,
         ),
     )
-    intervals, *rest = page.sections
+    intervals, bound, *rest = page.sections
     return replace(
         page,
         title=f"{capitalised(found.estimate.model.name)}: error bound, intervals and validation",
         result=(found.conclusion,),
-        sections=(intervals, widths, *rest),
+        sections=(bound, intervals, widths, *rest),
         document=study_document("phases", found.to_dict()),
     )
