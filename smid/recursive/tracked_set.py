@@ -30,7 +30,7 @@ UNKNOWN = 0.5
 
 @dataclass(frozen=True)
 class Sample:
-    """One instant: inputs and output in their units, None for a missing one, and its time in seconds."""
+    """One instant: inputs and output in their units, NaN for a missing one, and its time in seconds."""
 
     time: float
     inputs: tuple[float, ...]
@@ -56,6 +56,16 @@ class TrackedSet(Tabular):
         Time of the first sample, in seconds.
     located
         The certified changes, each on the shortest stretch of samples that was found to prove it.
+
+    Examples
+    --------
+    >>> from smid.recursive import Arx
+    >>> u, y = [1.0, -1.0, -1.0, 1.0, 1.0], [0.0, 0.2, -0.04, -0.232, 0.0144]
+    >>> data = Dataset.from_arrays(input=u, output=y, sampling_time=0.1)
+    >>> estimator = RecursiveSet(Arx(), 0.01, {"b0": (-10.0, 10.0)})
+    >>> found = TrackedSet.of(data, estimator, follow(estimator, samples_of(data)))
+    >>> found.changes, found.estimator.lower[1] < 0.2 < found.estimator.upper[1]
+    ((), True)
     """
 
     data: Dataset
@@ -169,6 +179,12 @@ def samples_of(data: Dataset) -> Iterator[Sample]:
     ------
     DataError
         If a run starts before the run before it ends.
+
+    Examples
+    --------
+    >>> data = Dataset.from_arrays(input=[1.0, -1.0], output=[0.0, 0.2], sampling_time=0.1)
+    >>> [sample.output for sample in samples_of(data)]
+    [0.0, 0.2]
     """
     step, ended = data.sampling_time, -np.inf
     for e, run in enumerate(data.experiments):

@@ -10,7 +10,6 @@ from smid.study.order_study import order_study
 from smid.study.outcome import Outcome, Status
 from smid.study.phases import Phases, phases
 from smid.study.study import Study
-from smid.study.widths import WidthStudy, width_study
 
 __all__ = [
     "Cell",
@@ -20,9 +19,7 @@ __all__ = [
     "Status",
     "Study",
     "StudyError",
-    "WidthStudy",
     "dask_executor",
     "order_study",
     "phases",
-    "width_study",
 ]
