@@ -88,7 +88,7 @@ class Equations:
         """Return windows of all equations; those of the first equations are shorter, because none are before them."""
         count, length, found = len(self.stored), min(longest, len(self.stored)), list[Windows]()
         newest = 0
-        while count - newest >= length:
+        while count - newest >= length > 0:
             views = np.lib.stride_tricks.sliding_window_view(self.stored[newest:], length, axis=0)
             found.append(Windows(views.transpose(0, 2, 1), newest + np.arange(len(views), dtype=np.float64)))
             newest = count - length + 1

@@ -43,16 +43,13 @@ from relaxations.algebra.ball_arithmetic import EPSILON
 from relaxations.search.enclosure import Proof
 from smid.identification.estimate import ParameterInterval
 from smid.models import ModelError
-from smid.models.errors import refuse_unknown
 from smid.recursive.arx import LARGEST, Arx, refusal
-from smid.recursive.polytope import Polytope
+from smid.recursive.first_set import Range, first_set, noises_of, steps_of, widened
 from smid.recursive.refinement import Equations, Windows, refined
 from smid.recursive.set_history import Change, SetHistory
-from smid.recursive.weighted_sums import Drift, Noise, WeightedSums, principal_axes
+from smid.recursive.weighted_sums import Drift, WeightedSums, principal_axes
 
 __all__ = ["RecursiveSet"]
-
-Range = tuple[float, float]
 
 SHRUNK = 0.8
 """New weights when a width of the set falls below this share of its value at the last weights."""
@@ -134,15 +131,15 @@ class RecursiveSet:
         self.arx, self.noise_bound, self.error, self.memory = arx, float(noise_bound), error, int(memory)
         self.bounds, self.input_noise_bound, self.drift = dict(bounds), input_noise_bound, drift
         # The noises, the first set, and the first sums.
-        self._noises = _noises(arx, self.noise_bound, error, input_noise_bound)
-        step = _drift(arx, drift)
+        self._noises = noises_of(arx, self.noise_bound, error, input_noise_bound)
+        step = steps_of(arx, drift)
         self._drift = Drift.of(step, self._noises) if step.any() else None
         self._combine = error == "output" and arx.na > 0
         self._summed = any(noise.places for noise in self._noises)
-        self._prior, axes = _first_set(arx, bounds), np.eye(arx.na)
+        self._prior, axes = first_set(arx, bounds), np.eye(arx.na)
         self._first = WeightedSums.single(self._prior.n, self.noise_bound)
         if self._summed:
-            self._prior = self._prior.along(_widened(axes, self._prior.n))
+            self._prior = self._prior.along(widened(axes, self._prior.n))
             self._first = WeightedSums.around(self._noises, self._prior, axes, 1)
         # The regressors have rounding errors only if the input is scaled or raised to a power.
         exact = arx.powers == (1,) and arx.input_scale == 1.0
@@ -382,77 +379,5 @@ class RecursiveSet:
         axes, spread = principal_axes(self._set, self.arx.na)
         if not len(axes) or spread.prod() >= TIGHTER * self._set.widths[self._set.n :].prod():
             return False
-        self._axes, self._set = axes, self._set.along(_widened(axes, self._set.n))
+        self._axes, self._set = axes, self._set.along(widened(axes, self._set.n))
         return True
-
-
-def _noises(arx: Arx, noise_bound: float, error: str, input_noise_bound: float | Sequence[float]) -> tuple[Noise, ...]:
-    """Return the noises of an equation; raise `ModelError` if a bound of an input is not valid."""
-    past = arx.na if error == "output" else 0
-    found = [Noise(noise_bound, 1.0, tuple(range(past)), tuple(range(1, past + 1)))]
-    stated = np.atleast_1d(np.asarray(input_noise_bound, dtype=np.float64))
-    if stated.shape not in ((1,), (arx.inputs,)) or not (np.isfinite(stated) & (stated >= 0)).all():
-        raise ModelError(
-            f"input_noise_bound = {input_noise_bound} is refused: give a number that is not negative, "
-            "or one for each input"
-        )
-    if stated.any() and arx.powers != (1,):
-        raise ModelError(f"powers = {arx.powers} of a noisy input have no bounded rows: leave out input_noise_bound")
-    lags = tuple(range(arx.delay, arx.delay + arx.nb + 1))
-    for k, bound in enumerate(np.broadcast_to(stated, arx.inputs).tolist()):
-        if bound:
-            first = arx.na + k * len(lags)
-            scaled = float(np.nextafter(abs(arx.input_scale) * bound, np.inf))
-            found.append(Noise(scaled, 0.0, tuple(range(first, first + len(lags))), lags))
-    return tuple(found)
-
-
-def _drift(arx: Arx, drift: float | Mapping[str, float]) -> Array:
-    """Return the largest change of each parameter from sample to sample; raise `ModelError` if one is not valid."""
-    named = drift if isinstance(drift, Mapping) else dict.fromkeys(arx.names, drift)
-    refuse_unknown("parameter", named, arx.names)
-    step = np.array([named.get(name, 0.0) for name in arx.names], dtype=np.float64)
-    if not (np.isfinite(step) & (step >= 0)).all():
-        raise ModelError(f"drift = {drift} is refused: give the largest change of a parameter per sample, 0 or more")
-    return step
-
-
-def _widened(axes: Array, n: int) -> Array:
-    """Return directions of the denominator's coefficients as directions of all parameters."""
-    return np.concatenate([axes, np.zeros((len(axes), n - axes.shape[1]))], axis=1)
-
-
-def _first_set(arx: Arx, bounds: Mapping[str, Range]) -> Polytope:
-    refuse_unknown("parameter", bounds, arx.names)
-    stable = arx.stable and not any(name in bounds for name in arx.names[: arx.na])
-    ends = dict(bounds)
-    for i, name in enumerate(arx.names[: arx.na] if stable else (), start=1):
-        ends[name] = (-float(math.comb(arx.na, i)), float(math.comb(arx.na, i)))
-    for name in arx.names:
-        if name not in ends:
-            raise ModelError(f"{name!r} has no bounds: give a first interval, as in bounds={{{name!r}: (-10, 10)}}")
-        low, high = ends[name]
-        if not (np.isfinite(low) and np.isfinite(high) and low <= high):
-            raise ModelError(f"the bounds of {name!r} are {low} and {high}: give finite ends, the lower one first")
-    lower, upper = (np.array([ends[name][side] for name in arx.names], dtype=np.float64) for side in (0, 1))
-    # The capacity holds the bases of all ends and the rows of one sample.
-    n = len(lower)
-    box = Polytope.box(lower, upper, 2 * (n + arx.na) * n + 64)
-    if not stable:
-        return box
-    simplex = _stable_simplex(arx.na)
-    return box.cut(_widened(-simplex[:, 1:], n), simplex[:, 0])
-
-
-def _stable_simplex(na: int) -> Array:
-    """Return rows that are nonnegative on ``[1, a1, ..., a_na]`` of every stable denominator.
-
-    The stable denominators lie in the simplex of the ``(z - 1)^k (z + 1)^(na - k)``. Up to a factor, the
-    coordinates in it are the coefficients of ``sum_i a_i (s + 1)^(na - i) (s - 1)^i``: integer combinations of the a_i.
-
-    Reference: Fam, Meditch, "A canonical parameter space for linear systems design", IEEE Trans. Automatic Control 23
-    (1978).
-    """
-    plus, minus = np.poly1d([1.0, 1.0]), np.poly1d([1.0, -1.0])
-    columns = [((plus ** (na - i)) * (minus**i)).coeffs for i in range(na + 1)]
-    return np.stack(columns, axis=1)

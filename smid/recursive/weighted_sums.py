@@ -190,7 +190,9 @@ class Drift:
 
 def _corners(lower: Array, upper: Array) -> Array:
     """Return the corners of a box, shape (2^p, p)."""
-    return np.array(list(product(*zip(lower.tolist(), upper.tolist(), strict=True)))).reshape(2 ** len(lower), len(lower))
+    return np.array(list(product(*zip(lower.tolist(), upper.tolist(), strict=True)))).reshape(
+        2 ** len(lower), len(lower)
+    )
 
 
 def _affine_bound(noise: Noise, weights: Array, enclosures: Sequence[Array], rest: float) -> tuple[Array, Array]:
