@@ -21,8 +21,9 @@ __all__ = ["Change", "SetHistory"]
 
 @dataclass(frozen=True, repr=False)
 class Change(Result):
-    """A certified change of the plant: no parameters, constant or within the drift, explain samples `after` to
-    `sample`.
+    """A certified change of the plant: no parameters explain the samples from `after` to `sample`.
+
+    Neither constant parameters do, nor parameters that stay within the stated drift.
 
     The set became empty with `sample`. The plant has changed if the model's structure, its first box and the noise
     bound hold.
