@@ -211,7 +211,7 @@ def follow(
     pieces: int = 64,
     show: Callable[[RecursiveSet, Sample], None] | None = None,
 ) -> list[Sample]:
-    """Update a set with samples, and return them.
+    """Update a set with samples, and return them; Ctrl-C while a sample is waited for ends the samples.
 
     Parameters
     ----------
@@ -239,7 +239,7 @@ def follow(
     (30, 'all 30 samples; refined with sample 29')
     """
     taken: list[Sample] = []
-    for sample in samples:
+    for sample in _until_interrupted(samples):
         if sample.missing:
             estimator.skip()
         else:
@@ -254,3 +254,19 @@ def follow(
     if pieces and estimator.refined_at != len(taken) - 1:
         estimator.refine(pieces)
     return taken
+
+
+def _until_interrupted(samples: Iterable[Sample]) -> Iterator[Sample]:
+    """Yield samples until they end, or until Ctrl-C while the next one is waited for."""
+    iterator, begun = iter(samples), False
+    while True:
+        try:
+            sample = next(iterator)
+        except StopIteration:
+            return
+        except KeyboardInterrupt:
+            if begun:
+                return
+            raise
+        begun = True
+        yield sample

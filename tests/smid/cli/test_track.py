@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from smid.cli import main
 from smid.data import DataError, Dataset
 from smid.data.experiment import Experiment
-from smid.recursive import Arx, RecursiveSet, TrackedSet, follow, samples_of
+from smid.recursive import Arx, RecursiveSet, Sample, TrackedSet, follow, samples_of
 
 OPTIONS = "--input u --output y --noise-bound 0.1001"
 
@@ -128,3 +128,14 @@ def test_runs_one_after_the_other_keep_the_time_between_them():
     assert "says next to nothing of" in found.conclusion
     with pytest.raises(DataError, match="the run two starts at 0 s, before 1 s"):
         list(samples_of(data.with_experiments([run("one", 0.0), run("two", 0.0)])))
+
+
+def test_an_interrupt_ends_a_stream_with_its_result():
+    def samples(count):
+        yield from [Sample(0.1 * k, ((-1.0) ** k,), 0.0) for k in range(count)]
+        raise KeyboardInterrupt
+
+    estimator = RecursiveSet(Arx(), 1.0, {"b0": (-10.0, 10.0)})
+    assert len(follow(estimator, samples(20))) == 20
+    with pytest.raises(KeyboardInterrupt):
+        follow(estimator, samples(0))
