@@ -5,10 +5,13 @@
 
 - truth: 200 seeded runs of 5000 samples over random plants; the noise is uniform, or at its bound with random sign, or
   at its bound for long stretches.  (At the bound less one part in 10^12: the simulated output is rounded.)
-- time: one update of models of 6 parameters, beside padasip's RLS, an ellipsoid and a zonotope, on the same samples.
+- time: one update of models of 6 parameters, beside an ellipsoid, a zonotope and padasip's RLS (pip install padasip);
+  processor time on the same samples.
+- drift: 200 seeded runs of 2000 samples whose parameters change slowly within a stated bound; also with noisy inputs
+  and with two inputs.
 - changes: a pole that changes in the middle of 600 samples, 100 seeds, and the same seeds without a change.
-- widths: beside the batch intervals of `smid.identify` on the same samples, and for equation errors beside linear
-  programs over all samples, an ellipsoid and a zonotope.
+- widths: before and after a refinement, beside the batch intervals of `smid.identify` on the same samples, and for
+  equation errors beside linear programs over all samples, an ellipsoid and a zonotope.
 - window: the exact intervals over a sliding window, and what they cost.
 - clutch: the Hammerstein model on the thesis's records, ramps (which it made) and steps (which it cannot explain).
 """
@@ -28,6 +31,8 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any
 
 import numpy as np
 from scipy.optimize import linprog
@@ -40,12 +45,6 @@ from smid.recursive import Arx
 from smid.recursive.locate_change import locate_change
 from smid.recursive.set_membership import RecursiveSet
 from smid.recursive.sliding_window import SlidingWindow
-
-try:
-    from padasip.filters import FilterRLS
-except ImportError as missing:
-    raise SystemExit(f"no {missing.name}; install the rival with: pip install padasip") from None
-
 
 RUNS, SAMPLES = 200, 5000
 SEEDS, CHANGED, LENGTH = 100, 300, 600
@@ -72,9 +71,9 @@ class Record:
         """First box of the numerator."""
         return {name: (-REACH, REACH) for name in self.arx.names if name.startswith("b")}
 
-    def estimator(self) -> RecursiveSet:
+    def estimator(self, **options: Any) -> RecursiveSet:
         """Return a set that has seen nothing."""
-        return RecursiveSet(self.arx, self.noise_bound, self.bounds, error=self.error)
+        return RecursiveSet(self.arx, self.noise_bound, self.bounds, error=self.error, **options)
 
 
 def poles_of(generator: np.random.Generator, count: int) -> Array:
@@ -151,10 +150,16 @@ def timing() -> str:
     """Return what one update takes."""
     began = time.perf_counter()
     rows = []
-    for error in ("output", "equation"):
+    for title, error, options in (
+        ("output error and drift", "output", {"drift": 1e-4}),
+        ("errors in variables", "output", {"input_noise_bound": 0.01}),
+        ("errors in variables and drift", "output", {"input_noise_bound": 0.01, "drift": 1e-4}),
+        ("output error", "output", {}),
+        ("equation error", "equation", {}),
+    ):
         case = record(5, 3, 2, 3000, error)
         samples = list(zip(case.u.tolist(), case.y.tolist(), strict=True))
-        rows.append([f"smid, {error} error", *times([clocked(case.estimator().update, samples) for _ in range(3)])])
+        rows.append([f"smid, {title}", *times([clocked(case.estimator(**options).update, samples) for _ in range(3)])])
     # The rivals are given the regressors, ready-made.
     bound, first = case.noise_bound, case.estimator()
     equations = list(
@@ -163,9 +168,12 @@ def timing() -> str:
     for rival in (Ellipsoid, Zonotope):
         runs = [clocked(rival(first.lower, first.upper).update, equations) for _ in range(3)]
         rows.append([rival.__name__.lower(), *times(runs)])
-    pairs = [(value, row) for row, value, _ in equations]
-    runs = [clocked(FilterRLS(n=6, mu=0.995, w="zeros").adapt, pairs) for _ in range(3)]
-    rows.append(["padasip RLS", *times(runs)])
+    if find_spec("padasip") is not None:
+        from padasip.filters import FilterRLS
+
+        pairs = [(value, row) for row, value, _ in equations]
+        runs = [clocked(FilterRLS(n=6, mu=0.995, w="zeros").adapt, pairs) for _ in range(3)]
+        rows.append(["padasip RLS", *times(runs)])
     head = ["one update, 6 parameters", "median ms", "mean ms", "99 % below ms", "largest ms"]
     return section("Time of one update, 6 parameters; the fastest of three runs, sample by sample", head, rows, began)
 
@@ -174,9 +182,9 @@ def clocked(update: Callable[..., object], samples: Sequence[tuple[object, ...]]
     """Return the milliseconds of each update."""
     result = []
     for sample in samples:
-        began = time.perf_counter()
+        began = time.thread_time()
         update(*sample)
-        result.append(1e3 * (time.perf_counter() - began))
+        result.append(1e3 * (time.thread_time() - began))
     return result
 
 
@@ -252,6 +260,93 @@ def changes() -> str:
     return section(f"A change of the pole at sample {CHANGED} of {LENGTH}, {SEEDS} seeds", head, rows, began)
 
 
+DRIFTS: tuple[tuple[str, int, int, int, float], ...] = (
+    ("1 pole", 1, 0, 1, 0.0),
+    ("2 poles", 2, 1, 1, 0.0),
+    ("1 pole, noisy input", 1, 0, 1, 0.02),
+    ("1 pole, 2 inputs", 1, 0, 2, 0.0),
+)
+"""Title, poles, degree of the numerator, inputs, and the noise bound of the inputs, which are 1 or -1."""
+
+
+def drifting(seed: int, na: int, nb: int, inputs: int, input_bound: float, n: int = 2000) -> tuple[Record, Array]:
+    """Simulate a plant whose poles and gains follow slow sines; return it with the largest change per sample."""
+    generator, arx = np.random.default_rng(seed), Arx(na, nb, inputs=inputs)
+    others = len(arx.names) - na
+
+    def slow(count: int) -> Array:
+        return np.sin(
+            2 * np.pi * np.arange(n)[:, None] / generator.uniform(1500, 4000, count) + generator.uniform(0, 6, count)
+        )
+
+    poles = generator.uniform(0.2, 0.85, na) + generator.uniform(0.02, 0.1, na) * slow(na)
+    theta = np.column_stack(
+        [
+            np.array([np.poly(own)[1:] for own in poles]),
+            generator.uniform(0.5, 2, others) * (1 + 0.1 * slow(others)),
+        ]
+    )
+    u, w, reach = generator.choice([-1.0, 1.0], (n, inputs)), np.zeros(n), arx.max_lag
+    for k in range(reach, n):
+        row = arx.row(w[k - na : k][::-1].tolist(), *(u[k - nb - 1 : k + 1, c][::-1].tolist() for c in range(inputs)))
+        w[k] = np.dot(row, theta[k])
+    bound = float(generator.uniform(0.01, 0.05)) * float(np.abs(w).max())
+    y = w + bound * noise_of(generator, n, "uniform")
+    measured = u + input_bound * INSIDE * generator.uniform(-1, 1, u.shape)
+    return Record(arx, theta, measured, y, bound), np.abs(np.diff(theta, axis=0)).max(axis=0) * (1 + 1e-9)
+
+
+def follows(seed: int) -> tuple[int, bool, bool, float, int]:
+    """Return plant, whether it was always inside, false proofs, width of a1, and samples inside without a drift."""
+    which = seed % len(DRIFTS)
+    case, step = drifting(seed, *DRIFTS[which][1:])
+    options = {"input_noise_bound": DRIFTS[which][4]}
+    share, sets = (
+        0,
+        (
+            case.estimator(drift=dict(zip(case.arx.names, step.tolist(), strict=True)), **options),
+            case.estimator(**options),
+        ),
+    )
+    inside = True
+    for k, (u, y) in enumerate(zip(case.u.tolist(), case.y.tolist(), strict=True)):
+        held = []
+        for own in sets:
+            own.update(u, y)
+            held.append(bool((own.lower <= case.truth[k]).all() and (case.truth[k] <= own.upper).all()))
+        inside &= held[0]
+        share += held[1]
+    history = sets[0].history
+    width = float(np.median((history.upper - history.lower)[500:, 0]))
+    return which, inside, bool(history.changes), width, share
+
+
+def drift() -> str:
+    """Return how often the present parameters stay inside while they drift."""
+    began, rows = time.perf_counter(), []
+    with ProcessPoolExecutor(2) as pool:
+        results = list(pool.map(follows, range(RUNS), chunksize=5))
+    for which, (title, *_) in enumerate(DRIFTS):
+        own = [result for result in results if result[0] == which]
+        rows.append(
+            [
+                title,
+                f"{sum(inside for _, inside, *_ in own)} of {len(own)}",
+                str(sum(changed for _, _, changed, *_ in own)),
+                f"{np.median([width for *_, width, _ in own]):.2g}",
+                f"{np.mean([share for *_, share in own]) / 2000:.0%}",
+            ]
+        )
+    head = [
+        "plant",
+        "present parameters inside at every sample",
+        "runs with a false proof of a change",
+        "width of a1, median",
+        "samples inside without a drift bound",
+    ]
+    return section(f"Slow drift, {RUNS} runs of 2000 samples", head, rows, began)
+
+
 PLANTS: tuple[tuple[str, Array, Array], ...] = (
     ("0.8", np.array([-0.8]), np.array([1.0])),
     ("0.8, 0.6", np.poly([0.8, 0.6])[1:], np.array([1.0, 0.5])),
@@ -270,65 +365,66 @@ def plant_record(a: Array, b: Array, n: int, seed: int = 0, error: str = "output
     return Record(Arx(len(a), len(b) - 1), np.concatenate([a, b]), u, y, bound, error)
 
 
-def batch(case: Record, n: int) -> tuple[Array, Array, float]:
-    """Return the batch intervals of the first samples, and the seconds that they took."""
+def batch(case: Record, n: int) -> tuple[Array, Array, float, str]:
+    """Return the batch intervals of the first samples, the processor seconds that they took, and why they ended."""
     reach = {p.name: (p.lower, p.upper) for p in OutputError(case.arx.na, case.arx.nb, stable=True).parameters}
     bounds = {name: reach[name] for name in case.arx.names if name.startswith("a")} | case.bounds
     data = Dataset.from_arrays(input={"u": case.u[:n]}, output={"y": case.y[:n]}, sampling_time=1.0)
-    began = time.perf_counter()
-    found = identify(OutputError(case.arx.na, case.arx.nb, bounds=bounds), data, case.noise_bound).intervals
-    seconds = time.perf_counter() - began
-    return np.array([i.lower for i in found]), np.array([i.upper for i in found]), seconds
+    began = time.process_time()
+    model = OutputError(case.arx.na, case.arx.nb, bounds=bounds)
+    found = identify(model, data, case.noise_bound, tolerance=1e-2, seconds=BATCH_LIMIT)
+    seconds = time.process_time() - began
+    ends = found.intervals
+    return np.array([i.lower for i in ends]), np.array([i.upper for i in ends]), seconds, found.reason.name.lower()
 
 
-def recursive_ends(
-    case: Record, n: int, begun: dict[str, tuple[float, float]] | None = None
-) -> tuple[Array, Array, float]:
-    estimator = RecursiveSet(case.arx, case.noise_bound, begun or case.bounds)
-    began = time.perf_counter()
-    for sample in zip(case.u[:n].tolist(), case.y[:n].tolist(), strict=True):
-        estimator.update(*sample)
-    return estimator.lower, estimator.upper, time.perf_counter() - began
+BATCH_LIMIT = 120.0  # seconds
+PIECES = (16, 64, 256)
+
+
+CASES = (
+    *PLANTS,
+    *((f"2 poles, random {seed}", seed, 2) for seed in (0, 1, 2, 4, 5, 6, 7)),
+    ("3 poles, random 0", 0, 3),
+)
+
+
+def beside_batch(case: tuple[Any, ...]) -> list[str]:
+    """Return a row: widths before and after refinements as multiples of the batch widths, and the times."""
+    title, first, second = case
+    known = (
+        plant_record(first, second, 400) if isinstance(first, np.ndarray) else record(first, second, second - 1, 400)
+    )
+    low, high, seconds, reason = batch(known, 400)
+    ratios, spent, inside = list[str](), list[str](), True
+    for pieces in (0, *PIECES):
+        estimator = known.estimator()
+        for sample in zip(known.u.tolist(), known.y.tolist(), strict=True):
+            estimator.update(*sample)
+        before = time.process_time()
+        if pieces:
+            estimator.refine(pieces)
+            spent.append(f"{time.process_time() - before:.1f}")
+        ratio = (estimator.upper - estimator.lower) / (high - low)
+        ratios.append(f"{ratio.min():.2f} to {ratio.max():.2f}")
+        inside &= bool((estimator.lower <= known.truth).all() and (known.truth <= estimator.upper).all())
+    return [title, *ratios, "yes" if inside else "no", f"{seconds:.1f}, {reason}", ", ".join(spent)]
 
 
 def widths() -> str:
-    """Return how much wider the recursive intervals are than the batch ones."""
+    """Return how much wider the recursive intervals are than the batch ones, before and after a refinement."""
     began = time.perf_counter()
-    rows = []
-    for title, a, b in PLANTS:
-        case = plant_record(a, b, 500)
-        first = batch(case, 100)
-        begun = {name: (float(x), float(y)) for name, x, y in zip(case.arx.names, first[0], first[1], strict=True)}
-        for n in (100, 200, 500):
-            low, high, seconds = first if n == 100 else batch(case, n)
-            lower, upper, own = recursive_ends(case, n)
-            ratio = (upper - lower) / (high - low)
-            helped = recursive_ends(case, n, begun)
-            better = (helped[1] - helped[0]) / (high - low)
-            outer = bool((lower <= low + 1e-12).all() and (high <= upper + 1e-12).all())
-            rows.append(
-                [
-                    title,
-                    str(n),
-                    f"{(high - low)[0]:.2g}",
-                    " ".join(f"{r:.1f}" for r in ratio),
-                    " ".join(f"{r:.1f}" for r in better),
-                    "yes" if outer else "no",
-                    f"{seconds:.1f}",
-                    f"{own:.2f}",
-                ]
-            )
+    with ProcessPoolExecutor(2) as pool:
+        rows = list(pool.map(beside_batch, CASES))
     head = [
         "poles",
-        "N",
-        "batch width of a1",
-        "recursive / batch, each parameter",
-        "the same, begun with the batch of 100",
-        "outer",
-        "batch s",
-        "recursive s",
+        "recursive / batch, over the parameters",
+        *(f"refined in {pieces} pieces / batch" for pieces in PIECES),
+        "truth inside",
+        "batch s, ended by",
+        "refinement s",
     ]
-    text = section("Width beside batch intervals, output error, 3 % noise", head, rows, began)
+    text = section("Width beside batch intervals, output error, N = 400", head, rows, began)
     return f"{text}\n\n{linear_widths()}"
 
 
@@ -419,7 +515,15 @@ def section(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], bega
     return f"## {title}\n\n{table}\n\n{time.perf_counter() - began:.0f} s."
 
 
-SECTIONS = {"truth": truth, "time": timing, "changes": changes, "widths": widths, "window": window, "clutch": clutch}
+SECTIONS = {
+    "truth": truth,
+    "time": timing,
+    "drift": drift,
+    "changes": changes,
+    "widths": widths,
+    "window": window,
+    "clutch": clutch,
+}
 
 
 def main(names: Sequence[str]) -> None:

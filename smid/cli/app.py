@@ -33,6 +33,10 @@ COMMANDS = {
     ),
     "fit": ("smid.cli.fit:fit", "Fit a model to a record by least squares, or by the least largest error."),
     "identify": ("smid.cli.identify:identify", "Compute certified parameter intervals of a model from a record."),
+    "phases": (
+        "smid.cli.phases:phases",
+        "Identify a model in three phases: error bound, certified intervals, validation on other records.",
+    ),
     "projections": (
         "smid.cli.projections:projections",
         "Compute which values of two parameters go together: certified polygons for all pairs.",
@@ -52,6 +56,10 @@ COMMANDS = {
     "study": (
         "smid.cli.study:study",
         "Compute certified intervals for every combination of orders, methods and noise bounds.",
+    ),
+    "track": (
+        "smid.cli.track:track",
+        "Follow certified intervals of a linear model sample by sample, and prove changes of the plant.",
     ),
     "validate": ("smid.cli.validate:validate", "Simulate an identified model on other records."),
     "verify": (

@@ -13,6 +13,7 @@ from smid.recursive.normalised_gradient import NormalisedGradient
 from smid.recursive.set_history import Change, SetHistory
 from smid.recursive.set_membership import RecursiveSet
 from smid.recursive.sliding_window import SlidingWindow
+from smid.recursive.tracked_set import Sample, TrackedSet, follow, samples_of
 from smid.recursive.tracking import Residual, Tracking, track
 from smid.recursive.unnormalised_gradient import UnnormalisedGradient
 
@@ -31,13 +32,17 @@ __all__ = [
     "RecursiveEstimator",
     "RecursiveSet",
     "Residual",
+    "Sample",
     "SetHistory",
     "SlidingWindow",
+    "TrackedSet",
     "Tracking",
     "UnnormalisedGradient",
     "compare",
+    "follow",
     "free_run",
     "gain_study",
     "locate_change",
+    "samples_of",
     "track",
 ]

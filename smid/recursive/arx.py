@@ -50,11 +50,13 @@ class Arx:
         Whether a constant is estimated too, in the output's unit.
     stable
         Whether an estimator moves poles on or outside the unit circle back inside, section 3.3.2.1.
+    inputs
+        Number of inputs; each has its own numerator of the same degree, powers and delay.
 
     Raises
     ------
     ModelError
-        If an order, a power or the scale is out of range.
+        If an order, a power, the scale or the number of inputs is out of range.
 
     Examples
     --------
@@ -62,6 +64,8 @@ class Arx:
     ('a1', 'a2', 'b0', 'b1')
     >>> Arx(powers=(5, 4, 3), input_scale=0.01).names
     ('a1', 'b0_v5', 'b0_v4', 'b0_v3')
+    >>> Arx(inputs=2).names
+    ('a1', 'b0_u1', 'b0_u2')
     """
 
     na: int = 1
@@ -71,11 +75,13 @@ class Arx:
     input_scale: float = 1.0
     offset: bool = False
     stable: bool = True
+    inputs: int = 1
 
     def __post_init__(self) -> None:
         check_count("na", self.na, 0)
         check_count("nb", self.nb, 0)
         check_count("delay", self.delay, 0)
+        check_count("inputs", self.inputs, 1)
         object.__setattr__(self, "powers", tuple(self.powers))
         for power in self.powers:
             check_count("a power", power, 1)
@@ -90,6 +96,8 @@ class Arx:
         numerator = names("b", self.nb + 1, 0)
         if self.powers != (1,):
             numerator = tuple(f"{name}_v{power}" for power in self.powers for name in numerator)
+        if self.inputs > 1:
+            numerator = tuple(f"{name}_u{k}" for k in range(1, self.inputs + 1) for name in numerator)
         return (*names("a", self.na, 1), *numerator, *(("offset",) if self.offset else ()))
 
     @property
@@ -102,10 +110,10 @@ class Arx:
         """Return the largest input whose powers stay below `LARGEST`, in the input's unit."""
         return float(LARGEST ** (1 / max(self.powers)) / abs(self.input_scale))
 
-    def row(self, outputs: Sequence[float], inputs: Sequence[float]) -> list[float]:
+    def row(self, outputs: Sequence[float], *inputs: Sequence[float]) -> list[float]:
         """Return the regressors of one sample, in the order of `names`.
 
-        `outputs` are ``y[t-1], ..., y[t-na]``; `inputs` are the scaled inputs ``v[t], v[t-1], ..., v[t-delay-nb]``.
+        `outputs` are ``y[t-1], ..., y[t-na]``; each of `inputs` is a scaled input ``v[t], v[t-1], ..., v[t-delay-nb]``.
 
         Examples
         --------
@@ -113,13 +121,16 @@ class Arx:
         [-5.0, 9.0, 3.0]
         """
         terms = [-y for y in outputs]
-        terms += [v**power for power in self.powers for v in inputs[self.delay :]]
+        for values in inputs:
+            terms += [v**power for power in self.powers for v in values[self.delay :]]
         if self.offset:
             terms.append(1.0)
         return terms
 
     def matrix(self, input: ArrayLike, output: ArrayLike) -> Array:
-        """Return the regressors of a record of shape (N,), one row for each sample from number `max_lag` on.
+        """Return the regressors of a record, one row for each sample from number `max_lag` on.
+
+        The output has shape (N,), the input too; several inputs have shape (N, inputs).
 
         Raises
         ------
@@ -134,33 +145,39 @@ class Arx:
         """
         # Refuse data that the regressors cannot hold.
         u, y = np.asarray(input, dtype=np.float64), np.asarray(output, dtype=np.float64)
-        if u.ndim != 1 or u.shape != y.shape:
-            raise DataError(f"input and output have shapes {u.shape} and {y.shape}: give series of equal length")
+        if y.ndim != 1 or u.shape != (y.shape if self.inputs == 1 else (*y.shape, self.inputs)):
+            raise DataError(
+                f"input and output have shapes {u.shape} and {y.shape}: give series of equal length, one per input"
+            )
         if not (np.abs(u) < self.largest_input).all() or not (np.abs(y) < LARGEST).all():
             raise DataError("a sample is not finite or too large: fill gaps and scale the input before")
         # Only samples with a complete history have a row.
-        start, n = self.max_lag, u.size
+        start, n = self.max_lag, y.size
         if n <= start:
             raise DataError(f"{n} samples are too few: the model looks back {start}, give at least {start + 1}")
         # One column for each parameter, in the order of the names.
-        v = self.input_scale * u
+        v = self.input_scale * u.reshape(n, self.inputs)
         columns = [-y[start - lag : n - lag] for lag in range(1, self.na + 1)]
         lags = range(self.delay, self.delay + self.nb + 1)
-        columns += [v[start - lag : n - lag] ** power for power in self.powers for lag in lags]
+        columns += [own[start - lag : n - lag] ** power for own in v.T for power in self.powers for lag in lags]
         if self.offset:
             columns.append(np.ones(n - start))
         return np.stack(columns, axis=1)
 
     def __str__(self) -> str:
         orders = f"na {self.na}, nb {self.nb}, delay {self.delay}{', offset' if self.offset else ''}"
+        orders += f", {self.inputs} inputs" if self.inputs > 1 else ""
         if self.powers == (1,):
             return f"ARX ({orders})"
         return f"Hammerstein {', '.join(f'v^{power}' for power in self.powers)} ({orders})"
 
 
-def refusal(number: int, u: float, y: float) -> DataError:
+def refusal(number: int, inputs: Sequence[float], y: float, expected: int = 1) -> DataError:
     """Return the error for a sample that a recursive estimator cannot use."""
-    for name, value in (("input", u), ("output", y)):
+    if len(inputs) != expected:
+        return DataError(f"sample {number} has {len(inputs)} inputs and the model {expected}: give one value for each")
+    for name, value in (*(("input", u) for u in inputs), ("output", y)):
         if not (isinstance(value, Real) and math.isfinite(value)):
             return DataError(f"sample {number}: the {name} is {value}: leave the sample out, or fill the gap before")
-    return DataError(f"sample {number}: input {u:g} or output {y:g} is too large: scale the data before")
+    given = ", ".join(f"{u:g}" for u in inputs)
+    return DataError(f"sample {number}: input {given} or output {y:g} is too large: scale the data before")

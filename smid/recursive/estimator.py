@@ -77,7 +77,7 @@ class RecursiveEstimator:
     Raises
     ------
     ModelError
-        If `start` or a setting of the method does not fit the number of parameters.
+        If `start` or a setting of the method does not fit the number of parameters, or the model has several inputs.
 
     Examples
     --------
@@ -93,6 +93,8 @@ class RecursiveEstimator:
 
     def __init__(self, arx: Arx, method: Method, start: ArrayLike | None = None) -> None:
         n = len(arx.names)
+        if arx.inputs > 1:
+            raise ModelError(f"{arx.inputs} inputs: recursive estimators take one; RecursiveSet takes several")
         self.arx, self.method = arx, method
         self._theta = np.zeros(n) if start is None else np.array(start, dtype=np.float64)
         if self._theta.shape != (n,) or not (np.abs(self._theta) < LARGEST).all():
@@ -142,7 +144,7 @@ class RecursiveEstimator:
         except TypeError:
             usable = False
         if not usable:
-            raise refusal(self._count, u, y)
+            raise refusal(self._count, (u,), y)
         # Predict with the parameters from before the sample, then correct them.
         k, error, after = self._count, np.nan, np.nan
         inputs = [self.arx.input_scale * u, *self._inputs[: self._reach - 1]]

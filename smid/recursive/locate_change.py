@@ -24,7 +24,7 @@ def locate_change(estimator: RecursiveSet, change: Change, input: ArrayLike, out
     estimator
         The estimator that found the change. Its settings are used again.
     input, output
-        Shape (N,). The record from the estimator's first sample on.
+        Shape (N,), several inputs (N, inputs). The record from the estimator's first sample on.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def locate_change(estimator: RecursiveSet, change: Change, input: ArrayLike, out
     (1, True, True)
     """
     u, y = np.asarray(input, dtype=np.float64), np.asarray(output, dtype=np.float64)
-    if u.ndim != 1 or u.shape != y.shape or u.size <= change.sample:
+    if y.ndim != 1 or u.shape[:1] != y.shape or y.size <= change.sample:
         raise DataError(
             f"the record has shapes {u.shape} and {y.shape}: give input and output up to sample {change.sample}"
         )
@@ -53,7 +53,7 @@ def locate_change(estimator: RecursiveSet, change: Change, input: ArrayLike, out
     def proven(after: int) -> Change | None:
         fresh, first = estimator.anew(), after - estimator.arx.max_lag
         for k in range(first, change.sample + 1):
-            if fresh.update(float(u[k]), float(y[k])) is not None:
+            if fresh.update(u[k].tolist(), float(y[k])) is not None:
                 return Change(after, k)
         return None
 

@@ -14,6 +14,7 @@ Safeguards:
 
   evaluated with a bound on its own rounding. Multipliers with ``A_B' mu = 0`` and ``mu' b_B < 0`` prove an empty set.
 - Rows are never combined into new rows, so errors do not add up.
+- Parameters that drift move every row outwards, by what the change can be along its normal.
 - If no place is free, the rows are dropped that are in no basis and farthest from the set.
 
 References: Milanese and Vicino, "Optimal estimation theory for dynamic systems with set membership uncertainty: an
@@ -155,6 +156,22 @@ class Polytope:
         )
         return _optimised(turned, self.normals, self.offsets, np.arange(len(turned.ends)) >= 2 * n)
 
+    def drifted(self, step: Array, first: Polytope) -> Polytope:
+        """Return the set of the points that are within `step`, shape (n,), of a point of the set, and in a first set.
+
+        The first set has the same axes; its ends limit those of the result.
+        """
+
+        def farther(values: Array, along: Array) -> Array:
+            reach = np.abs(along) @ step * (1 + (self.n + 2) * EPSILON)
+            return np.asarray(np.nextafter(values + reach, np.inf))
+
+        n, ends = self.n, farther(self.ends, self.directions)
+        ends[: 2 * n] = np.minimum(ends[: 2 * n], first.ends[: 2 * n])
+        offsets = farther(self.offsets, self.normals)
+        offsets[: 2 * n] = ends[: 2 * n]
+        return replace(self, offsets=offsets, ends=ends)
+
     def _begun(self, directions: Array) -> tuple[Index, Array]:
         """Return for each direction the best present basis that is dual feasible, or a corner of the box."""
         weights = directions @ self.inverses  # (q, k, n)
@@ -182,7 +199,7 @@ class Polytope:
         rest = cutting[room:]
         return cut.cut(normals[rest], offsets[rest]) if len(rest) and not cut.empty else cut
 
-    def _ranges(self, rows: Array) -> Array:
+    def ranges(self, rows: Array) -> Array:
         """Return the range of each row over the box, or the rounding of a vertex if that is larger."""
         size = np.maximum(np.abs(self.lower), np.abs(self.upper))
         return np.abs(rows) @ (self.upper - self.lower + FEIGNED * size) + NOTHING
@@ -190,7 +207,7 @@ class Polytope:
     def _stored(self, normals: Array, offsets: Array) -> tuple[Array, Array]:
         """Return all rows after new rows have replaced free rows, or the rows farthest from the set."""
         n, rows, right = self.n, self.normals.copy(), self.offsets.copy()
-        away = (right - (self.vertices @ rows.T).max(axis=0)) / self._ranges(rows)
+        away = (right - (self.vertices @ rows.T).max(axis=0)) / self.ranges(rows)
         away[: 2 * n] = -np.inf
         away[self.bases.ravel()] = -np.inf
         places = np.argpartition(away, -len(offsets))[-len(offsets) :]
@@ -208,7 +225,7 @@ def _box_bases(directions: Array) -> Index:
 def _optimised(polytope: Polytope, rows: Array, right: Array, moved: Mask) -> Polytope:
     """Return the set after the dual simplex for all ends, with new certified bounds for the changed ones."""
     n, bases, inverses = polytope.n, polytope.bases.copy(), polytope.inverses.copy()
-    width = polytope._ranges(rows)
+    width = polytope.ranges(rows)
     amount = np.abs(rows) @ polytope.units
     # An end whose basis contains a row of the box changes with the box.
     moved, ends = moved | (right != polytope.offsets)[bases].any(axis=1), np.arange(len(bases))

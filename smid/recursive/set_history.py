@@ -21,7 +21,9 @@ __all__ = ["Change", "SetHistory"]
 
 @dataclass(frozen=True, repr=False)
 class Change(Result):
-    """A certified change of the plant: no constant parameters explain the samples from `after` to `sample`.
+    """A certified change of the plant: no parameters explain the samples from `after` to `sample`.
+
+    Neither constant parameters do, nor parameters that stay within the stated drift.
 
     The set became empty with `sample`. The plant has changed if the model's structure, its first box and the noise
     bound hold.
@@ -29,14 +31,14 @@ class Change(Result):
     Examples
     --------
     >>> print(Change(120, 131))
-    no constant parameters explain samples 120 to 131: the plant changed in between
+    no parameters explain samples 120 to 131: the plant changed in between
     """
 
     after: int
     sample: int
 
     def _content(self) -> Iterator[Part]:
-        yield f"no constant parameters explain samples {self.after} to {self.sample}: the plant changed in between"
+        yield f"no parameters explain samples {self.after} to {self.sample}: the plant changed in between"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

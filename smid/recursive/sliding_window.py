@@ -1,8 +1,9 @@
 """Set membership over a sliding window: the certified intervals of `smid.identify` on the last W samples.
 
 Every `every` samples the intervals are computed through the relaxations, which takes seconds. They are as tight as
-those of a batch of W samples. The outer set of `smid.recursive.set_membership` takes less than a millisecond and uses
-all past samples. The window follows a plant that varies slowly.
+those of a batch of W samples of any model. The outer set of `smid.recursive.set_membership` is for linear models: it
+takes less than a millisecond, uses all past samples, and takes a bound on the drift. Parameters that vary within a
+window may lie outside the intervals of this class.
 
 An empty feasible set proves a change within the window. The window is then cleared, so that it fills with samples of
 the changed plant only.
@@ -119,7 +120,7 @@ class SlidingWindow:
         """
         k, change = len(self._lower), None
         if not (abs(u) < LARGEST and abs(y) < LARGEST):
-            raise refusal(k, u, y)
+            raise refusal(k, (u,), y)
         self._samples.append((float(u), float(y)))
         if len(self._samples) == self.window and (k + 1) % self.every == 0:
             change = self._compute(k)

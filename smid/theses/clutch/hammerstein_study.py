@@ -34,10 +34,12 @@ from smid.fitting.fit import fit
 from smid.identification.error_bound import ErrorBound, error_bound
 from smid.identification.estimate import Estimate
 from smid.models import Model
+from smid.reports.page import is_simulated
+from smid.study.finished import finished
+from smid.study.widths import WidthStudy, width_study
 from smid.theses.chapter import Chapter, Drawing, Topic
-from smid.theses.clutch.hammerstein.finished import finished
 from smid.theses.clutch.hammerstein.free_runs import FreeRuns, free_runs
-from smid.theses.clutch.hammerstein.intervals import OrderStudy, WidthStudy, order_study, width_study
+from smid.theses.clutch.hammerstein.intervals import OrderStudy, order_study
 from smid.theses.clutch.hammerstein.model import clutch_hammerstein
 from smid.theses.clutch.hammerstein.printed import (
     PRINTED,
@@ -275,7 +277,8 @@ def hammerstein_study(
             f"the part {start}:{stop} of {RECORD} is refused: give at least {SHORTEST} samples of its "
             f"{record.n_samples}, such as {PART[0]}:{PART[1]}"
         )
-    chosen = replace(record.crop(start, stop), source=f"{RECORD}, samples {start}:{stop} (simulated)")
+    simulated = " (simulated)" if is_simulated([data.source]) else ""
+    chosen = replace(record.crop(start, stop), source=f"{RECORD}, samples {start}:{stop}{simulated}")
     if np.ptp(chosen.values("pressure")) < SMALLEST_RANGE:
         raise _uninformative(part)
     # Phases 1 and 2.

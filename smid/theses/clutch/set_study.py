@@ -40,7 +40,7 @@ from smid.recursive.arx import Arx
 from smid.recursive.locate_change import locate_change
 from smid.recursive.set_history import Change, SetHistory
 from smid.recursive.set_membership import RecursiveSet
-from smid.theses.clutch.hammerstein.finished import finished
+from smid.study.finished import finished
 from smid.theses.clutch.hammerstein.printed import printed_central_model
 from smid.theses.clutch.plant import INPUT_SCALE, NOISE_BOUND
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from smid.recursive.polytope import Polytope
-from smid.recursive.weighted_sums import WeightedSums, principal_axes
+from smid.recursive.weighted_sums import Noise, WeightedSums, principal_axes
 
 
 def enclosed(centre, half, turn):
@@ -16,6 +16,10 @@ def enclosed(centre, half, turn):
     padded = np.concatenate([turn, np.zeros((na, 1))], axis=1)
     middle = turn @ centre
     return polytope.cut(np.concatenate([padded, -padded]), np.append(middle + half, half - middle))
+
+
+def of_output(na, bound=1.0):
+    return [Noise(bound, 1.0, tuple(range(na)), tuple(range(1, na + 1)))]
 
 
 def turned(generator, na):
@@ -32,20 +36,20 @@ def test_the_worst_noise_of_every_plant_in_the_set_is_below_the_level(na, length
         polytope = enclosed(centre, half, turn)
         axes, _ = principal_axes(polytope, na)
         polytope = polytope.along(np.concatenate([axes, np.zeros((na, 1))], axis=1))
-        sums = WeightedSums.around(polytope, axes, length)
-        assert sums.weights.shape == (4, length)
+        sums = WeightedSums.around(of_output(na), polytope, axes, length)
+        assert sums.weights.shape[1] <= length
         for _ in range(20):
             a = centre + turn.T @ (half * generator.choice([-1.0, 1.0], na) * generator.uniform(0.5, 1.0 - 1e-9, na))
             for weights, slope, level in zip(sums.weights, sums.slopes, sums.levels, strict=True):
                 worst = np.abs(np.convolve(np.append(1.0, a), weights)).sum()
-                assert worst <= level + slope @ a
+                assert worst <= level + slope[:na] @ a
 
 
 def test_near_the_truth_the_noise_is_counted_once():
     a, half = np.poly([0.9, 0.5])[1:], np.full(2, 1e-6)
     polytope = enclosed(a, half, np.eye(2)).along(np.eye(2, 3))
-    sums = WeightedSums.around(polytope, np.eye(2), 200)
-    noise = sums.levels + sums.slopes @ a
+    sums = WeightedSums.around(of_output(2), polytope, np.eye(2), 200)
+    noise = sums.levels + sums.slopes[:, :2] @ a
     assert noise[0] == pytest.approx(1 + np.abs(a).sum(), abs=1e-4)
     assert noise[3] == pytest.approx(1.0, abs=1e-3)
     assert (np.diff(noise) < 0).all()
@@ -57,7 +61,7 @@ def test_no_sum_of_true_equations_is_cut_off():
     theta = np.array([-1.4, 0.48, 1.0])
     polytope = enclosed(theta[:2], np.full(2, 0.05), np.eye(2)).along(np.eye(2, 3))
     length, n = 30, 400
-    sums = WeightedSums.around(polytope, np.eye(2), length)
+    sums = WeightedSums.around(of_output(2, 0.1), polytope, np.eye(2), length)
     u, w = generator.choice([-1.0, 1.0], n), np.zeros(n)
     for t in range(2, n):
         w[t] = -theta[0] * w[t - 1] - theta[1] * w[t - 2] + theta[2] * u[t - 1]
@@ -69,7 +73,7 @@ def test_no_sum_of_true_equations_is_cut_off():
             noise[n - len(signs) :] = sign * signs[::-1]
             y = w + 0.1 * (1 - 1e-12) * noise
             equations = [[y[t], -y[t - 1], -y[t - 2], u[t - 1]] for t in range(n - 1, n - 1 - length, -1)]
-            normals, offsets = sums.rows(np.array([equations]), 0.1, size, 0.0)
+            normals, offsets = sums.rows(np.array([equations]), size, 0.0)
             assert normals.shape == (8, 3)
             assert (normals @ theta <= offsets).all()
             # The worst noise of a sum brings its row close to the truth.
@@ -92,8 +96,8 @@ def test_the_rows_hold_in_exact_arithmetic(length):
         noise = sum((Fraction(w) * e for w, e in zip(weights.tolist(), errors, strict=True)), Fraction(0))
         level = np.nextafter(abs(float(noise)), np.inf)
         assert abs(noise) <= Fraction(level)
-        sums = WeightedSums(weights[None], np.zeros((1, 1)), np.array([level]))
-        normals, offsets = sums.rows(np.column_stack([y, regressors])[None], 1.0, np.abs(theta), 0.0)
+        sums = WeightedSums(weights[None], np.zeros((1, 3)), np.array([level]))
+        normals, offsets = sums.rows(np.column_stack([y, regressors])[None], np.abs(theta), 0.0)
         for normal, offset in zip(normals, offsets.tolist(), strict=True):
             assert exact_sum(normal, theta) <= Fraction(offset)
         assert (offsets - normals @ theta).min() < 1e-6

@@ -10,11 +10,10 @@ from matplotlib.patches import Patch
 
 from smid.display.style import BLUE, GREEN, GRID, INK, ORANGE, RED, SKY, WIDTH, style
 from smid.theses.clutch.hammerstein.free_runs import FreeRuns
-from smid.theses.clutch.hammerstein.intervals import WidthStudy
 from smid.theses.clutch.hammerstein.printed import PRINTED, PrintedComparison
 from smid.validation.scores import Validation
 
-__all__ = ["free_runs_figure", "printed_figure", "validation_figure", "width_figure"]
+__all__ = ["free_runs_figure", "printed_figure", "validation_figure"]
 
 
 def validation_figure(validation: Validation) -> Figure:
@@ -44,24 +43,6 @@ def validation_figure(validation: Validation) -> Figure:
         figure.supylabel(f"{data.output} on the left, error on the right [{unit}]", fontsize=8)
         handles = [*panels[0, 0].get_legend_handles_labels()[0], *panels[0, 1].get_legend_handles_labels()[0]]
         figure.legend(handles=handles, loc="outside upper center", ncols=3)
-    return figure
-
-
-def width_figure(study: WidthStudy) -> Figure:
-    """Draw the widths over the noise bound, in percent of the centre at the largest bound, and the least bound."""
-    bounds = [study.noise_bound(k) for k in range(len(study.factors))]
-    with style():
-        figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
-        axes = figure.subplots()
-        for name, marker in zip(study.names, "os^vDP", strict=False):
-            centre = abs(study.estimates[-1][name].centre)
-            widths = [100 * estimate[name].width / centre for estimate in study.estimates]
-            axes.semilogy(bounds, widths, marker=marker, markersize=4, label=name)
-        axes.axvline(study.least.upper, color=RED, linestyle="--", linewidth=0.8, label="least noise bound")
-        axes.set_xlabel(f"noise bound [{study.least.unit}]")
-        axes.set_ylabel("width [% of the centre]")
-        _finish(axes)
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return figure
 
 

@@ -32,8 +32,8 @@ from smid.fitting.binding import bind
 from smid.identification.estimate import Estimate
 from smid.identification.identify import identify
 from smid.models import Hammerstein, Model
-from smid.theses.clutch.hammerstein.finished import finished
-from smid.theses.clutch.hammerstein.intervals import WidthStudy
+from smid.study.finished import finished
+from smid.study.widths import WidthStudy
 from smid.theses.clutch.hammerstein.model import clutch_hammerstein
 
 if TYPE_CHECKING:

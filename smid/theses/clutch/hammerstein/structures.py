@@ -21,7 +21,7 @@ from smid.fitting.binding import bind
 from smid.fitting.fit import fit
 from smid.identification.error_bound import ErrorBound, error_bound
 from smid.models import ModelError
-from smid.theses.clutch.hammerstein.finished import finished
+from smid.study.finished import finished
 from smid.theses.clutch.hammerstein.model import clutch_hammerstein
 from smid.validation.validate import validate
 
