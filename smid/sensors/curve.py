@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from relaxations.algebra.ball_arithmetic import Balls
+from relaxations.algebra.ball_arithmetic import EPSILON, TINY, Balls
 from smid.networks import TanhNetwork
 from smid.sensors.program import Block, Code
 from smid.sensors.ranges import Range
@@ -59,11 +59,12 @@ class NetworkBlock(Block):
         """Return the range over the box of signals; see `Block.enclose`."""
         box = cells_of(signals, cells)
         middle = 0.5 * box.lower + 0.5 * box.upper
-        natural, gradient = self._over(box)
-        at_middle, _ = self._over(Range.exact(middle))
+        count = middle.shape[1]
+        values, gradient = self._over(Range(np.hstack([box.lower, middle]), np.hstack([box.upper, middle])))
         reach = (box.balls - Balls.exact(middle)).magnitude()
-        spread = (gradient.magnitude() * reach).sum(axis=0) * (1.0 + 1e-14)
-        found = natural.meet(Range.of(at_middle.balls + Balls(np.zeros_like(spread), spread)))
+        spread = (gradient.magnitude()[:, :count] * reach).sum(axis=0) * (1.0 + 1e-14)
+        mean_value = Range.of(values[count:].balls + Balls(np.zeros_like(spread), spread))
+        found = values[:count].meet(mean_value)
         return Range(found.lower.min(), found.upper.max()), memory
 
     def _over(self, box: Range) -> tuple[Range, Balls]:
@@ -104,10 +105,11 @@ class NetworkBlock(Block):
 
 def _affine(matrix: Array, bias: Array, signal: Balls) -> Balls:
     """Return ``matrix signal + bias``, shape (m, cells), from signals of shape (k, cells)."""
-    total = Balls.exact(np.repeat(bias[:, None], signal.mid.shape[1], axis=1))
-    for k in range(matrix.shape[1]):
-        total = total + Balls.exact(matrix[:, k, None]) * signal[None, k]
-    return total
+    absolute, terms = np.abs(matrix), matrix.shape[1] + 2
+    # A sum of k products and the bias in any order, see `relaxations.algebra.ball_arithmetic`.
+    size = absolute @ np.abs(signal.mid) + np.abs(bias)[:, None]
+    rad = absolute @ signal.rad + terms * EPSILON * size + terms * TINY
+    return Balls(matrix @ signal.mid + bias[:, None], rad * (1.0 + (terms + 8) * EPSILON))
 
 
 def _numbers(values: Array) -> str:

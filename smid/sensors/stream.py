@@ -1,9 +1,11 @@
 """A sensor that runs with the plant, sample by sample, also where samples are lost.
 
-A lost sample lies within a range: in the training records no sample of this channel has changed faster. The program
-propagates ranges from there on (`smid.sensors.ranges`), so that the interval contains what the sensor would have said
-with the sample. It is as narrow as before once the memory no longer depends on the lost sample: a lag forgets, a play
-has been pushed through its slack.
+A lost sample lies within a range: in the training records no sample of this channel has changed faster, and none
+between two known ones was farther from the line between them. The program propagates ranges from there on
+(`smid.sensors.ranges`), so that the interval contains what the sensor would have said with the sample. When the next
+sample comes, the lost one is known better, and the instants since the last complete one are run again. The interval is
+as narrow as before once the memory no longer depends on the lost sample: a lag forgets, a play has been pushed through
+its slack.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from smid.data.channel import name_hint
 from smid.display.result import plain
 from smid.sensors.program import Memory, Program, exact, is_known
 from smid.sensors.ranges import Range
-from smid.sensors.trained_on import TrainedOn
+from smid.sensors.trained_on import LOST, TrainedOn, on_line
 
 __all__ = ["Estimate", "Stream"]
 
@@ -57,14 +59,23 @@ class Estimate:
     warnings: tuple[str, ...] = ()
 
 
+Entry = Mapping[str, float | None]
+"""The samples of an instant by channel; None for one that was lost or late."""
+
+
 @dataclass(frozen=True, eq=False)
 class _State:
-    """What a stream knows after a sample; the ranges are None while the memory is known."""
+    """What a stream knows after a sample.
+
+    ``held`` has the last known sample of each channel and how many instants ago it was, ``memory`` that of the program,
+    and ``ranges`` its ranges where it is not known: all before the instants of the window, some of which were lost.
+    """
 
     time: float
-    held: Mapping[str, tuple[float, int]]  # the last sample of each channel, and how many instants ago
-    memory: Memory
+    held: Mapping[str, tuple[float, int]]
+    memory: Memory | None
     ranges: Mapping[str, Range] | None
+    window: tuple[Entry, ...] = ()
 
 
 class Stream:
@@ -138,12 +149,12 @@ class Stream:
             said.append(f"{instants - 1} samples are lost before {time:g} s: bridged")
         if late:
             said.append(f"the sample of {time:g} s is {1e3 * abs(late):.3g} ms {'late' if late > 0 else 'early'}")
-        # The instants that were skipped, then this one.
-        state = self._state
-        for left in range(instants - 1, -1, -1):
-            inputs = {name: self._bridged(name, state, given[name], left, late != 0.0) for name in self._signals}
-            state, estimate = self._advance(state, time, inputs)
-        self._state = state
+        # The instants that were skipped, then this one; a late sample is no better than a lost one.
+        nothing: Entry = dict.fromkeys(self._signals)
+        entry = nothing if late else given
+        before = self._state or _State(time, {}, None, None)
+        window = (*before.window, *[nothing] * (instants - 1), entry)
+        self._state, estimate = self._replayed(replace(before, time=time, window=window))
         known = (signal.caution(np.array([given[name]])) for name, signal in self._signals.items() if name not in lost)
         return replace(estimate, warnings=(*said, *(words for words in known if words)))
 
@@ -164,8 +175,9 @@ class Stream:
             "sensor": self._digest,
             "time": state.time,
             "held": {name: list(pair) for name, pair in state.held.items()},
-            "memory": {name: values.tolist() for name, values in state.memory.items()},
+            "memory": {name: values.tolist() for name, values in (state.memory or {}).items()},
             "ranges": ranges and {name: [r.lower.tolist(), r.upper.tolist()] for name, r in ranges.items()},
+            "window": [dict(entry) for entry in state.window],
         }
 
     @property
@@ -175,7 +187,7 @@ class Stream:
     def _restored(self, state: Mapping[str, Any]) -> _State:
         if state.get("schema") != STATE or state.get("sensor") != self._digest:
             raise DataError(
-                "this is no state of this sensor: give that of a stream of the same sensor file, or begin another stream"
+                "this is no state of this sensor: give that of a stream of the same sensor, or begin another stream"
             )
         ranges = state["ranges"]
         return _State(
@@ -183,6 +195,7 @@ class Stream:
             {name: (value, age) for name, (value, age) in state["held"].items()},
             {name: np.array(values) for name, values in state["memory"].items()},
             ranges and {name: Range(np.array(low), np.array(high)) for name, (low, high) in ranges.items()},
+            tuple(state["window"]),
         )
 
     def _sample(self, name: str, time: float, samples: Mapping[str, float | None]) -> float | None:
@@ -205,7 +218,7 @@ class Stream:
             raise DataError(f"time = {time} s is not a finite time: give the seconds of the sample")
         if step < 0.5 * interval:
             raise DataError(
-                f"the sample of {time:g} s came after that of {last:g} s: give samples in the order of time, once each; "
+                f"the sample of {time:g} s came after that of {last:g} s: give samples in the order of time; "
                 f"the sensor was trained at {interval:g} s"
             )
         count = round(step / interval)
@@ -217,48 +230,65 @@ class Stream:
         late = step - count * interval
         return count, late if abs(late) > LATE * interval else 0.0
 
-    def _bridged(self, name: str, state: _State | None, given: float | None, left: int, late: bool) -> _Input:
-        """Return a channel ``left`` instants before the present one."""
-        signal = self._signals[name]
-        if state is None:
-            assert given is not None
-            return _Input(given, 0, given, Range.exact(given))
-        value, age = state.held[name]
-        if given is None:
-            return _Input(value, age + 1, value, signal.after(value, age + 1))
-        if left == 0:
-            return _Input(given, 0, given, signal.after(given, 1) if late else Range.exact(given))
-        # Between two samples: no faster from the one, nor to the other.
-        between = value + (given - value) * (age + 1) / (age + 1 + left)
-        return _Input(value, age + 1, between, signal.after(value, age + 1).meet(signal.after(given, left)))
+    def _replayed(self, state: _State) -> tuple[_State, Estimate]:
+        """Return the state and the estimate at the end of the window, which is run again from its beginning.
 
-    def _advance(self, state: _State | None, time: float, inputs: Mapping[str, _Input]) -> tuple[_State, Estimate]:
+        A sample that was lost is known better once there is a later one.
+        """
+        states = [state]
+        for place in range(len(state.window)):
+            inputs = {name: self._input(name, state, place) for name in self._signals}
+            now, estimate = self._advance(states[-1], inputs)
+            states.append(now)
+        # Begin the window after the last complete instant, and not too long ago.
+        lost = max((k for k, entry in enumerate(state.window, 1) if None in entry.values()), default=0)
+        complete = len(state.window) if lost < len(state.window) else 0
+        begin = max(complete, len(state.window) - LOST)
+        return replace(states[begin], time=state.time, window=state.window[begin:]), estimate
+
+    def _input(self, name: str, state: _State, place: int) -> _Input:
+        """Return a channel at an instant of the window."""
+        signal = self._signals[name]
+        entries = [entry[name] for entry in state.window]
+        now = entries[place]
+        if now is not None:
+            return _Input((now, 0), now, Range.exact(now))
+        earlier = [(value, place - k) for k, value in enumerate(entries[:place]) if value is not None]
+        later = [(value, k) for k, value in enumerate(entries[place + 1 :], 1) if value is not None]
+        value, age = earlier[-1] if earlier else (state.held[name][0], state.held[name][1] + place + 1)
+        if not later:
+            return _Input((value, age), value, signal.after(value, age))
+        after, left = later[0]
+        return _Input((value, age), on_line(value, after, age, left), signal.between(value, after, age, left))
+
+    def _advance(self, state: _State, inputs: Mapping[str, _Input]) -> tuple[_State, Estimate]:
         """Return the state and the estimate after one instant."""
-        program = self._program
-        block = {name: np.array([one.value]) for name, one in inputs.items()}
-        signals, memory = program.advance(block, None if state is None else state.memory)
+        program, half_width = self._program, self._program.half_width
+        signals, memory = program.advance({n: np.array([one.value]) for n, one in inputs.items()}, state.memory)
         position = float(signals[program.output][0])
-        half = 0.0 if program.half_width is None else float(signals[program.half_width][0])
-        lower, upper = position - half, position + half
+        half = 0.0 if half_width is None else float(signals[half_width][0])
+        lower, upper, ranges = position - half, position + half, state.ranges
         boxes = {name: one.range for name, one in inputs.items()}
-        ranges = None if state is None else state.ranges
-        if state is not None and (ranges is not None or any(box.width > 0 for box in boxes.values())):
-            found, ranges = program.enclose(boxes, exact(state.memory) if ranges is None else ranges)
-            half = 0.0 if program.half_width is None else float(found[program.half_width].upper)
+        if ranges is None and any(box.width > 0 for box in boxes.values()):
+            assert state.memory is not None  # the first sample is complete
+            ranges = exact(state.memory)
+        if ranges is not None:
+            found, ranges = program.enclose(boxes, ranges)
+            half = 0.0 if half_width is None else float(found[half_width].upper)
             lower = min(lower, float(found[program.output].lower) - half)
             upper = max(upper, float(found[program.output].upper) + half)
-            if is_known(ranges):
-                ranges = None
-        held = {name: (one.held, one.age) for name, one in inputs.items()}
-        bridged = ranges is not None or any(box.width > 0 for box in boxes.values())
-        return _State(time, held, memory, ranges), Estimate(time, position, lower, upper, bridged)
+        bridged = ranges is not None
+        after = None if ranges is None or is_known(ranges) else ranges
+        held = {name: one.held for name, one in inputs.items()}
+        return replace(state, held=held, memory=memory, ranges=after), Estimate(
+            state.time, position, lower, upper, bridged
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class _Input:
     """A channel at one instant: the last known sample and its age, the value that is used, and its range."""
 
-    held: float
-    age: int
+    held: tuple[float, int]
     value: float
     range: Range

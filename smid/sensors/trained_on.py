@@ -7,19 +7,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
+from scipy.optimize import linprog
 
 from relaxations.algebra.arrays import Array
 from smid.data import Channel, DataError, Dataset
 from smid.models.units import conversion
 from smid.sensors.ranges import Range
 
-__all__ = ["Signal", "TrainedOn"]
+__all__ = ["Signal", "TrainedOn", "on_line"]
 
-TRAVEL = 20  # samples over which the largest change of a channel is kept
+T = TypeVar("T", float, Array)
+
+LOST = 20  # lost samples in a row that are bounded by what the training records say of as many
 FASTER = 1.1  # a lost sample may have changed by this factor more than any in the training records
+BINS = 200
 SLACK = 0.05  # of the range: how far beyond it a sample is no extrapolation
 
 
@@ -33,13 +37,16 @@ class Signal:
         Range of its samples.
     travel
         Largest change over 1, 2, ... samples.
+    bend
+        Pairs (a, b): 1, 2, ... samples between two others lie within ``a + b |difference of these two|`` of the line
+        between them.
 
     Examples
     --------
-    >>> pressure = Signal("pressure", "bar", 0.0, 30.0, (2.0, 3.5))
-    >>> near = pressure.after(10.0, 1)
-    >>> near.lower.round(3), near.upper.round(3)
-    (np.float64(7.8), np.float64(12.2))
+    >>> pressure = Signal("pressure", "bar", 0.0, 30.0, (2.0, 3.5), ((0.1, 0.5),))
+    >>> near, between = pressure.after(10.0, 1), pressure.between(10.0, 11.0, 1, 1)
+    >>> near.width.round(3), between.width.round(3)
+    (np.float64(4.4), np.float64(1.32))
     """
 
     name: str
@@ -47,22 +54,36 @@ class Signal:
     lower: float
     upper: float
     travel: tuple[float, ...]
+    bend: tuple[tuple[float, float], ...]
 
     @classmethod
     def of(cls, data: Dataset, name: str) -> Self:
         """Return what records say of a channel."""
         runs = [run.values[name] for run in data.experiments]
-        shifts = range(1, 1 + min(TRAVEL, max(run.size for run in runs) - 1))
+        longest = max(run.size for run in runs)
+        shifts = range(1, 1 + min(LOST, longest - 1))
         travel = [max(float(np.max(np.abs(x[k:] - x[:-k]), initial=0.0)) for x in runs) for k in shifts]
         low, high = min(float(x.min()) for x in runs), max(float(x.max()) for x in runs)
-        return cls(name, data.channel(name).unit, low, high, tuple(np.maximum.accumulate(travel).tolist()))
+        bend = tuple(_bend(runs, lost) for lost in range(1, 1 + min(LOST, longest - 2)))
+        return cls(name, data.channel(name).unit, low, high, tuple(np.maximum.accumulate(travel).tolist()), bend)
 
     def after(self, value: float, age: int) -> Range:
         """Return the range of a sample that was lost ``age`` samples after, or before, one that is known."""
-        if age <= len(self.travel):
-            reach = FASTER * self.travel[age - 1]
-            return Range(np.asarray(value - reach), np.asarray(value + reach))
-        return Range(np.asarray(min(self.lower, value)), np.asarray(max(self.upper, value)))
+        slack = SLACK * (self.upper - self.lower)
+        whole = Range(np.asarray(min(self.lower - slack, value)), np.asarray(max(self.upper + slack, value)))
+        if age > len(self.travel):
+            return whole
+        reach = FASTER * self.travel[age - 1]
+        return Range(np.asarray(value - reach), np.asarray(value + reach)).meet(whole)
+
+    def between(self, before: float, after: float, age: int, left: int) -> Range:
+        """Return the range of a sample that was lost ``age`` samples after one, and ``left`` before another."""
+        found = self.after(before, age).meet(self.after(after, left))
+        if age + left - 1 > len(self.bend):
+            return found
+        constant, slope = self.bend[age + left - 2]
+        line, reach = on_line(before, after, age, left), FASTER * (constant + slope * abs(after - before))
+        return found.meet(Range(np.asarray(line - reach), np.asarray(line + reach)))
 
     def caution(self, samples: Array) -> str | None:
         """Return a warning where samples are outside the range of the training; missing samples are ignored."""
@@ -167,3 +188,31 @@ def converted(data: Dataset, factors: Mapping[str, float], units: Mapping[str, s
         channels=tuple(Channel(c.name, units.get(c.name, c.unit)) for c in data.channels),
         resampling=(),
     )
+
+
+def on_line(before: T, after: T, age: int, left: int) -> T:
+    """Return the value on the line between two samples."""
+    return before + (after - before) * age / (age + left)
+
+
+def _bend(runs: Sequence[Array], lost: int) -> tuple[float, float]:
+    """Return the a and b of `Signal.bend` with the least mean of ``a + b |difference|`` that hold in all records."""
+    spans, bends = [np.zeros(1)], [np.zeros(1)]
+    for x in runs:
+        if x.size > lost + 1:
+            first, last = x[: -lost - 1], x[lost + 1 :]
+            inside = [x[j : j - lost - 1] - on_line(first, last, j, lost + 1 - j) for j in range(1, lost + 1)]
+            spans.append(np.abs(last - first))
+            bends.append(np.abs(inside).max(axis=0))
+    span, bend = np.concatenate(spans), np.concatenate(bends)
+    # Of each bin the largest bend at the least span: b is not negative, so this holds for the whole bin.
+    bins = np.minimum(BINS * (span / (span.max() or 1.0)), BINS - 1).astype(int)
+    worst, least = np.zeros(BINS), np.full(BINS, np.inf)
+    np.maximum.at(worst, bins, bend)
+    np.minimum.at(least, bins, span)
+    used = np.isfinite(least)
+    rows = np.stack([np.ones(int(used.sum())), least[used]], axis=1)
+    solution = linprog([1.0, span.mean()], A_ub=-rows, b_ub=-worst[used], bounds=(0, None), method="highs")
+    found = np.asarray(solution.x, dtype=np.float64)
+    # The solver meets its constraints within a tolerance: raise a by the largest excess.
+    return float(found[0] + max(0.0, float(np.max(worst[used] - rows @ found)))), float(found[1])

@@ -163,7 +163,7 @@ def test_warm_up_samples_do_not_count():
 @pytest.mark.parametrize(
     ("times", "message"),
     [
-        ((0.0, 0.002, 0.002), "came after that of 0.002 s: give samples in the order"),
+        ((0.0, 0.002, 0.002), "came after that of 0.002 s: give samples in the order of time"),
         ((0.0, 3.0), "1499 samples are lost between 0 s and 3 s, and at most 1000 are bridged"),
         ((0.0, 0.002, 0.0), "came after"),
         ((float("nan"),), "is not a finite time"),
