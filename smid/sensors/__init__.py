@@ -21,9 +21,11 @@ from smid.sensors.bounded import (
     IntervalPrediction,
     bound_error,
 )
+from smid.sensors.certified import TrainedRange, trained_range
 from smid.sensors.cfpx import CFPX
 from smid.sensors.cpx import CPX
 from smid.sensors.dead_zone import DeadZone
+from smid.sensors.export import export_c
 from smid.sensors.files import save_sensor, sensor_from_dict, sensor_to_dict
 from smid.sensors.median_filtered import MedianFiltered
 from smid.sensors.prediction import Prediction
@@ -50,9 +52,12 @@ __all__ = [
     "Program",
     "Stream",
     "TrainedOn",
+    "TrainedRange",
     "VirtualSensor",
     "bound_error",
+    "export_c",
     "save_sensor",
     "sensor_from_dict",
     "sensor_to_dict",
+    "trained_range",
 ]

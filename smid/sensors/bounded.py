@@ -172,7 +172,7 @@ class BoundedSensor:
 
     def stream(self, *, units: Mapping[str, str] | None = None, state: Mapping[str, Any] | None = None) -> Stream:
         """Return the sensor for samples one by one; see `VirtualSensor.stream`."""
-        return Stream(self.program(), trained(self.trained_on, self.sensor), units or {}, state)
+        return Stream(self.program(), trained(self.trained_on, self), units or {}, state)
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,6 +194,11 @@ class HalfWidth(Block):
         shape = np.interp(position, self.knots, self.weights[:-1])
         half = (1.0 + self.margin) * (shape + self.weights[-1] * speed)
         return half, np.array([position[-1], speed[-1]])
+
+    def past(self, signals: Sequence[Range]) -> Range:
+        """Return any last output and any speed; see `Block.past`."""
+        now = signals[0]
+        return Range(np.array([now.lower, 0.0]), np.array([now.upper, now.width * (1.0 + SLACK)]))
 
     def enclose(self, signals: Sequence[Range], memory: Range, cells: int) -> tuple[Range, Range]:  # noqa: ARG002
         """Return the least and the largest bound; see `Block.enclose`."""
@@ -279,7 +284,8 @@ def bound_error(sensor: VirtualSensor, data: Dataset, *, margin: float = MARGIN)
     position = np.concatenate(positions)
     if position.size <= KNOTS + 1:
         raise DataError(f"{position.size} samples for a bound of {KNOTS + 1} weights: give longer records")
-    knots = np.linspace(position.min(), position.max(), KNOTS)
+    low, high = float(position.min()), float(position.max())
+    knots = np.linspace(low, high if high > low else low + 1.0, KNOTS)
     hats = [np.interp(position, knots, row) for row in np.eye(KNOTS)]
     shape = np.stack([*hats, np.concatenate([_speed(x, np.array([x[0], 0.0])) for x in positions])], axis=1)
     solution = linprog(shape.mean(axis=0), A_ub=-shape, b_ub=-error, bounds=(0, None), method="highs")

@@ -140,11 +140,17 @@ class Median(Block):
         # m[0] counts the samples, m[1] is the place of the next, then the ring, then the sorted window.
         return Code(
             update=(
-                f"{{ double *ring = m + 2, *sorted = m + {2 + n}; int n = (int) m[0], at = (int) m[1], k;\n"
-                f"  if (n == {n}) {{ for (k = 0; sorted[k] != ring[at]; k++) ;\n"
-                f"    for (n--; k < n; k++) sorted[k] = sorted[k + 1]; }}\n"
+                f"{{ double *ring = m + 2, *sorted = m + {2 + n};\n"
+                "  int n = (int) m[0], at = (int) m[1], k;\n"
+                f"  if (n == {n}) {{\n"
+                "    k = 0;\n"
+                "    while (sorted[k] != ring[at]) k++;\n"
+                "    n--;\n"
+                "    for (; k < n; k++) sorted[k] = sorted[k + 1];\n"
+                "  }\n"
                 f"  for (k = n; k > 0 && sorted[k - 1] > {signals[0]}; k--) sorted[k] = sorted[k - 1];\n"
-                f"  sorted[k] = {signals[0]}; ring[at] = {signals[0]}; n++;\n"
+                f"  sorted[k] = ring[at] = {signals[0]};\n"
+                "  n++;\n"
                 f"  m[0] = n; m[1] = (at + 1) % {n};\n"
                 f"  {name} = n % 2 ? sorted[n / 2] : 0.5 * (sorted[n / 2 - 1] + sorted[n / 2]); }}"
             ),

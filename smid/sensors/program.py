@@ -84,6 +84,10 @@ class Block(ABC):
             f"{type(self).__name__} cannot bridge a lost sample: give every sample, or give the class a method enclose"
         )
 
+    def past(self, signals: Sequence[Range]) -> Range:
+        """Return the range of the memory after any samples in these ranges; here each holds samples."""
+        return Range(self.rest([s.lower for s in signals]), self.rest([s.upper for s in signals]))
+
     def code(self, name: str, signals: Sequence[str]) -> Code:  # noqa: ARG002
         """Return C99 that computes a variable of this name from variables.
 
@@ -157,13 +161,9 @@ class Program:
         signals, after = dict(inputs), dict[str, Range]()
         for step in self.steps:
             read = [signals[name] for name in step.reads]
-            before = self._past(step.block, read) if memory is None else memory[step.signal]
+            before = step.block.past(read) if memory is None else memory[step.signal]
             signals[step.signal], after[step.signal] = step.block.enclose(read, before, cells)
         return signals, after
-
-    @staticmethod
-    def _past(block: Block, read: Sequence[Range]) -> Range:
-        return Range(block.rest([r.lower for r in read]), block.rest([r.upper for r in read]))
 
     def require_causal(self) -> None:
         """Raise a `ModelError` if a step needs future samples."""

@@ -146,7 +146,7 @@ class VirtualSensor(ABC):
         return Stream(self.program(), told, units or {}, state)
 
 
-def trained(value: T | None, sensor: VirtualSensor) -> T:
+def trained(value: T | None, sensor: object) -> T:
     """Return a trained value; raise a `ModelError` if it is None."""
     if value is None:
         raise ModelError(
