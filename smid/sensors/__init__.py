@@ -23,6 +23,8 @@ from smid.sensors.bounded import (
 )
 from smid.sensors.certified import TrainedRange, trained_range
 from smid.sensors.cfpx import CFPX
+from smid.sensors.check import SensorCheck, SensorScore, check_sensor
+from smid.sensors.choose import Candidate, SensorTraining, train_sensor
 from smid.sensors.cpx import CPX
 from smid.sensors.dead_zone import DeadZone
 from smid.sensors.export import export_c
@@ -43,6 +45,7 @@ __all__ = [
     "PX",
     "Block",
     "BoundedSensor",
+    "Candidate",
     "Code",
     "DeadZone",
     "Estimate",
@@ -50,14 +53,19 @@ __all__ = [
     "MedianFiltered",
     "Prediction",
     "Program",
+    "SensorCheck",
+    "SensorScore",
+    "SensorTraining",
     "Stream",
     "TrainedOn",
     "TrainedRange",
     "VirtualSensor",
     "bound_error",
+    "check_sensor",
     "export_c",
     "save_sensor",
     "sensor_from_dict",
     "sensor_to_dict",
+    "train_sensor",
     "trained_range",
 ]

@@ -41,14 +41,19 @@ class TrainedRange(Result):
     upper: float
     half_width: tuple[float, float] | None
 
-    def _content(self) -> Iterator[Part]:
+    @property
+    def table(self) -> Table:
+        """Return the ranges as text."""
         unit = self.output.unit
         rows = [(s.name, s.unit, f"{s.lower:.4g}", f"{s.upper:.4g}") for s in self.inputs]
         rows.append((f"{self.output.name}, computed", unit, f"{self.lower:.4g}", f"{self.upper:.4g}"))
         if self.half_width is not None:
             rows.append(("half width", unit, f"{self.half_width[0]:.3g}", f"{self.half_width[1]:.3g}"))
         caption = "Certified: for inputs in the trained range and any past in it, the sensor stays within these bounds."
-        yield Table(caption, ("", "unit", "lower", "upper"), tuple(rows), "llrr")
+        return Table(caption, ("", "unit", "lower", "upper"), tuple(rows), "llrr")
+
+    def _content(self) -> Iterator[Part]:
+        yield self.table
 
 
 def trained_range(sensor: VirtualSensor | BoundedSensor) -> TrainedRange:
@@ -66,7 +71,7 @@ def trained_range(sensor: VirtualSensor | BoundedSensor) -> TrainedRange:
     >>> data = load_clutch("20C_step_a")
     >>> sensor = CFPX(5).fit(data, seed=1)
     >>> found, said = trained_range(sensor), sensor.predict(data).position[0]
-    >>> found.lower <= said.min() < said.max() <= found.upper < said.max() + 0.1
+    >>> bool(found.lower <= said.min() < said.max() <= found.upper < said.max() + 0.1)
     True
     """
     told, program = trained(sensor.trained_on, sensor), sensor.program()

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
 
@@ -24,7 +24,9 @@ from smid.sensors.ranges import Range
 from smid.sensors.sensor import VirtualSensor, require_training_data
 from smid.sensors.trained_on import TrainedOn
 
-__all__ = ["DeadZone"]
+__all__ = ["DeadZone", "enforced"]
+
+Zone = TypeVar("Zone", bound="DeadZone")
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,18 +87,7 @@ class DeadZone(VirtualSensor):
         """Return this sensor, trained, with its dead zone; see `VirtualSensor.fit`."""
         require_training_data(data, self.channels, self.output)
         sensor = self.sensor.fit(data, seed=seed, starts=starts, progress=progress)
-        # For every threshold: the fall of the squared error if the samples up to it get their mean.
-        order = np.argsort(data.stacked(self.pressure), kind="stable")
-        pressure, position = data.stacked(self.pressure)[order], data.stacked(self.output)[order]
-        spoken = np.concatenate(sensor.predict(data).position)[order]
-        mean = np.cumsum(position) / np.arange(1, position.size + 1)
-        at_rest = np.cumsum(position**2) - np.cumsum(position) * mean
-        gain = np.cumsum((position - spoken) ** 2) - at_rest
-        best = int(np.argmax(gain))
-        told = TrainedOn.of(data, self.channels, self.output)
-        if gain[best] <= 0:
-            return replace(self, sensor=sensor, threshold=None, rest=None, trained_on=told)
-        return replace(self, sensor=sensor, threshold=float(pressure[best]), rest=float(mean[best]), trained_on=told)
+        return enforced(replace(self, sensor=sensor), data)
 
     def program(self) -> Program:
         """Return the steps of the sensor, then the threshold; see `VirtualSensor.program`."""
@@ -104,6 +95,22 @@ class DeadZone(VirtualSensor):
         if self.threshold is None or self.rest is None:
             return inner
         return inner.then(Threshold(self.threshold, self.rest), inner.output, self.pressure)
+
+
+def enforced(zone: Zone, data: Dataset) -> Zone:
+    """Return a dead zone, whose sensor is trained, with the best threshold on records."""
+    # For every threshold: the fall of the squared error if the samples up to it get their mean.
+    order = np.argsort(data.stacked(zone.pressure), kind="stable")
+    pressure, position = data.stacked(zone.pressure)[order], data.stacked(zone.output)[order]
+    spoken = np.concatenate(zone.sensor.predict(data).position)[order]
+    mean = np.cumsum(position) / np.arange(1, position.size + 1)
+    at_rest = np.cumsum(position**2) - np.cumsum(position) * mean
+    gain = np.cumsum((position - spoken) ** 2) - at_rest
+    best = int(np.argmax(gain))
+    told = TrainedOn.of(data, zone.channels, zone.output)
+    if gain[best] <= 0:
+        return replace(zone, threshold=None, rest=None, trained_on=told)
+    return replace(zone, threshold=float(pressure[best]), rest=float(mean[best]), trained_on=told)
 
 
 @dataclass(frozen=True)

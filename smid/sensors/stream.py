@@ -28,7 +28,8 @@ from smid.sensors.trained_on import LOST, TrainedOn, on_line
 __all__ = ["Estimate", "Stream"]
 
 STATE = "smid.sensor-state/1"
-LATE = 0.25  # of the sampling time: a sample this far from its instant is not taken for one of the instant
+LATE = 0.35  # of the sampling time: a sample this far from its instant is no better than a lost one
+DRIFT = 0.1  # share of a deviation by which the next instants move
 LONGEST = 1000  # instants that are bridged; then the sensor begins again
 
 
@@ -67,11 +68,13 @@ Entry = Mapping[str, float | None]
 class _State:
     """What a stream knows after a sample.
 
-    ``held`` has the last known sample of each channel and how many instants ago it was, ``memory`` that of the program,
-    and ``ranges`` its ranges where it is not known: all before the instants of the window, some of which were lost.
+    ``instant`` is the time at which the last sample was due. ``held`` has the last known sample of each channel and how
+    many instants ago it was, ``memory`` that of the program, and ``ranges`` its ranges where it is not known: before
+    the instants of the window, some of which were lost.
     """
 
     time: float
+    instant: float
     held: Mapping[str, tuple[float, int]]
     memory: Memory | None
     ranges: Mapping[str, Range] | None
@@ -143,18 +146,20 @@ class Stream:
                 raise DataError(f"{lost[0]} is lost in the first sample: begin with a complete one")
             instants, late = 1, 0.0
         else:
-            instants, late = self._instants(time, self._state.time)
+            instants, late = self._instants(time, self._state)
         said = [f"{name} is lost at {time:g} s: bridged" for name in lost]
         if instants > 1:
             said.append(f"{instants - 1} samples are lost before {time:g} s: bridged")
-        if late:
+        off = abs(late) > LATE * self._told.sampling_time
+        if off:
             said.append(f"the sample of {time:g} s is {1e3 * abs(late):.3g} ms {'late' if late > 0 else 'early'}")
         # The instants that were skipped, then this one; a late sample is no better than a lost one.
         nothing: Entry = dict.fromkeys(self._signals)
-        entry = nothing if late else given
-        before = self._state or _State(time, {}, None, None)
-        window = (*before.window, *[nothing] * (instants - 1), entry)
-        self._state, estimate = self._replayed(replace(before, time=time, window=window))
+        before = self._state or _State(time, time - self._told.sampling_time, {}, None, None)
+        window = (*before.window, *[nothing] * (instants - 1), nothing if off else given)
+        # The clock of the samples may drift and jitter: follow it slowly.
+        instant = before.instant + instants * self._told.sampling_time + DRIFT * late
+        self._state, estimate = self._replayed(replace(before, time=time, instant=instant, window=window))
         known = (signal.caution(np.array([given[name]])) for name, signal in self._signals.items() if name not in lost)
         return replace(estimate, warnings=(*said, *(words for words in known if words)))
 
@@ -174,6 +179,7 @@ class Stream:
             "schema": STATE,
             "sensor": self._digest,
             "time": state.time,
+            "instant": state.instant,
             "held": {name: list(pair) for name, pair in state.held.items()},
             "memory": {name: values.tolist() for name, values in (state.memory or {}).items()},
             "ranges": ranges and {name: [r.lower.tolist(), r.upper.tolist()] for name, r in ranges.items()},
@@ -189,14 +195,18 @@ class Stream:
             raise DataError(
                 "this is no state of this sensor: give that of a stream of the same sensor, or begin another stream"
             )
-        ranges = state["ranges"]
-        return _State(
-            state["time"],
-            {name: (value, age) for name, (value, age) in state["held"].items()},
-            {name: np.array(values) for name, values in state["memory"].items()},
-            ranges and {name: Range(np.array(low), np.array(high)) for name, (low, high) in ranges.items()},
-            tuple(state["window"]),
-        )
+        try:
+            ranges = state["ranges"]
+            return _State(
+                state["time"],
+                state["instant"],
+                {name: (value, age) for name, (value, age) in state["held"].items()},
+                {name: np.array(values) for name, values in state["memory"].items()},
+                ranges and {name: Range(np.array(low), np.array(high)) for name, (low, high) in ranges.items()},
+                tuple(state["window"]),
+            )
+        except (KeyError, TypeError, ValueError, AttributeError):
+            raise DataError("the state is damaged: save it again, or begin another stream") from None
 
     def _sample(self, name: str, time: float, samples: Mapping[str, float | None]) -> float | None:
         """Return a sample in the unit of the training; None where it is lost."""
@@ -211,24 +221,28 @@ class Stream:
             raise DataError(f"{name} = {value} at {time:g} s is not finite: give None where the sample is lost")
         return self._factors[name] * float(value)
 
-    def _instants(self, time: float, last: float) -> tuple[int, float]:
-        """Return how many sampling times have passed, and the seconds by which the sample is late; 0 if tolerable."""
-        step, interval = time - last, self._told.sampling_time
+    def _instants(self, time: float, before: _State) -> tuple[int, float]:
+        """Return how many sampling times have passed, and by how many seconds the sample is late."""
+        interval = self._told.sampling_time
         if not np.isfinite(time):
             raise DataError(f"time = {time} s is not a finite time: give the seconds of the sample")
-        if step < 0.5 * interval:
+        if time <= before.time:
             raise DataError(
-                f"the sample of {time:g} s came after that of {last:g} s: give samples in the order of time; "
-                f"the sensor was trained at {interval:g} s"
+                f"the sample of {time:g} s came after that of {before.time:g} s: give samples in the order of time, "
+                "once each"
             )
-        count = round(step / interval)
+        count = round((time - before.instant) / interval)
+        if count < 1:
+            raise DataError(
+                f"{1e3 * (time - before.time):.3g} ms between the samples of {before.time:g} s and {time:g} s, but the "
+                f"sensor was trained at {interval:g} s: give one sample for each sampling time"
+            )
         if count > LONGEST + 1:
             raise DataError(
-                f"{count - 1} samples are lost between {last:g} s and {time:g} s, and at most {LONGEST} are bridged: "
-                "begin another stream"
+                f"{count - 1} samples are lost between {before.time:g} s and {time:g} s, and at most {LONGEST} are "
+                "bridged: begin another stream"
             )
-        late = step - count * interval
-        return count, late if abs(late) > LATE * interval else 0.0
+        return count, time - before.instant - count * interval
 
     def _replayed(self, state: _State) -> tuple[_State, Estimate]:
         """Return the state and the estimate at the end of the window, which is run again from its beginning.
@@ -244,7 +258,7 @@ class Stream:
         lost = max((k for k, entry in enumerate(state.window, 1) if None in entry.values()), default=0)
         complete = len(state.window) if lost < len(state.window) else 0
         begin = max(complete, len(state.window) - LOST)
-        return replace(states[begin], time=state.time, window=state.window[begin:]), estimate
+        return replace(states[begin], window=state.window[begin:]), estimate
 
     def _input(self, name: str, state: _State, place: int) -> _Input:
         """Return a channel at an instant of the window."""
