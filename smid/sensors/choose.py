@@ -102,8 +102,8 @@ class SensorTraining(Result):
         bound = self.sensor
         return (
             f"The error bound is from {bound.n_samples} samples of the selection part, widened by "
-            f"{100 * bound.margin:.0f} %. Without this margin, at most {100 * bound.violation:.2g} % of further samples "
-            "would lie outside on average, if samples were independent."
+            f"{100 * bound.margin:.0f} %. Without the widening, at most {100 * bound.violation:.2g} % of further "
+            "samples would lie outside on average, if samples were independent."
         )
 
     def _content(self) -> Iterator[Part]:

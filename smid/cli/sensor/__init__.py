@@ -27,6 +27,10 @@ sensor = Commands(
             "Run a sensor over a record, sample by sample, also where samples are lost.",
         ),
         "check": ("smid.cli.sensor.check:check", "Compare a sensor with the measured output of records."),
+        "dead-zones": (
+            "smid.cli.sensor.dead_zones:dead_zones",
+            "Find dead zones between channels, with certified thresholds.",
+        ),
         "export": ("smid.cli.sensor.export:export", "Write a sensor as C99."),
     },
 )

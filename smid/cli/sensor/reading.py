@@ -21,7 +21,7 @@ class SensorColumns:
     """The time stamps of records whose other columns are those of the sensor."""
 
     sampling_time: float | None = option(
-        type=float, metavar="S", help="Sampling time in seconds. [default: that of the sensor]"
+        type=float, metavar="S", help="Sampling time in seconds. [default: that of the sensor, or from the time stamps]"
     )
     time: str | None = option(
         metavar="COL", help="Column of time stamps. [default: the column named time, or the only one of dates]"

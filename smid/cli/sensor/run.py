@@ -16,12 +16,12 @@ from smid.cli.loading import read_table
 from smid.cli.options import FILE, argument, group, option, takes
 from smid.cli.outputs import Outputs, writes
 from smid.cli.sensor.reading import SensorColumns, load_sensor
-from smid.cli.studies import publish
 from smid.data import DataError
 from smid.data.columns import Table
 from smid.data.load import time_column, time_stamps, units_of
 from smid.models.parts import plain_name
 from smid.reports import check_writable, write_text
+from smid.reports.documents import study_document
 from smid.sensors import BoundedSensor, Estimate, Stream
 from smid.sensors.sensor import trained
 
@@ -92,7 +92,8 @@ def run(sensor: str, ran: Ran, outputs: Outputs) -> None:
             if len(estimates) % 100 == 0:
                 progress(f"{len(estimates)} samples, at {time:g} s")
     summary = Summary(told.output.name, told.output.unit, tuple(estimates))
-    publish(outputs, "sensor run", summary, lambda path, _: Path(path))
+    outputs.say(summary)
+    outputs.write(study_document("sensor-run", summary.to_dict()))
     if ran.csv is not None:
         write_text(ran.csv, _csv(summary))
     if ran.save_state is not None:
