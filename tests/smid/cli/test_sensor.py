@@ -88,6 +88,13 @@ def test_from_a_record_to_c(trained, smid):
     whole, a, b = (Path(f"{name}.csv").read_text().splitlines() for name in ("whole", "a", "b"))
     assert whole == [*a, *b[1:]]
 
+    rows = [f"{0.01 * k:.2f},{0.008 * k!r},{max(0.0, 0.008 * k - 2.5) + 0.01 * (-1) ** k!r}" for k in range(800)]
+    Path("slow.csv").write_text("\n".join(["time [s],supply pressure [bar],travel [mm]", *rows]) + "\n")
+    zones = smid("sensor dead-zones slow.csv --pair supply_pressure:travel --json zones.json")
+    assert zones.exit_code == 0, zones.output
+    zone = json.loads(Path("zones.json").read_text())["zones"][0]
+    assert zone["threshold_lower"] < 2.5 < zone["threshold_upper"]
+
     assert smid("sensor export s.json travel.c").exit_code == 0
     assert "supply_pressure [bar]" in Path("travel.h").read_text()
 
@@ -122,6 +129,9 @@ def test_mistakes_are_told_in_one_line(trained, smid):
             "train short.csv --input u --output y --structure network --save x.json",
             "give more samples, or fewer inputs",
         ),
+        ("dead-zones one.csv --pair supply_pressure", "'supply_pressure' is no pair: write input:output"),
+        ("dead-zones one.csv --pair a:travel", "no column 'a'"),
+        ("dead-zones one.csv --pair supply_pressure:travel --noise-bound 1 --noise-bound 2", "give one for each"),
         ("train one.csv --output travel --save x.json", "Missing option '--input'"),
         (f"train one.csv {common} --structure magic", "magic"),
         (f"train one.csv {common} --temperature warmth", "no column 'warmth'"),
@@ -143,5 +153,5 @@ def test_a_record_without_units_is_said(trained, smid):
 
 def test_the_help_of_each_command(smid):
     assert "export" in smid("sensor").stdout
-    for name in ("train", "run", "check", "export"):
+    for name in ("train", "run", "check", "export", "dead-zones"):
         assert smid(f"sensor {name} --help").exit_code == 0

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from smid import DataError, Dataset, ModelError, dead_zones
+from smid.theses.clutch import actuator_record, simulate_clutch, simulate_position
 
 
 def record(seed, threshold=2.5, slope=0.8, noise=0.03, friction=0.0):
@@ -64,3 +65,16 @@ def test_bad_input():
         ModelError, match=r"no dead zone from u to y fits within 1e-05 mm \(proven\): give a noise bound"
     ):
         dead_zones(data, [("u", "y")], noise_bounds=[1e-5])
+
+
+def test_the_three_dead_zones_of_the_clutch():
+    # On a slow ramp from rest; the thresholds are those of the same ramp without noise.
+    current = np.interp(np.arange(20_000), [0, 1000, 17_000, 19_000, 20_000], [0, 0, 800, 0, 0])
+    pressure = simulate_clutch(current, 20.0)
+    position = simulate_position(pressure, 20.0)
+    starts, moves = int(np.argmax(pressure > 0.02)), int(np.argmax(position > 0.01))
+    pairs = [("current", "pressure"), ("current", "position"), ("pressure", "position")]
+    found = dead_zones(actuator_record(current, 20.0, seed=1), pairs)
+    for zone, truth in zip(found.zones, (current[starts], current[moves], pressure[moves]), strict=True):
+        assert zone.threshold[0] < truth < zone.threshold[1]
+        assert zone.proven
