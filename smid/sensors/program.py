@@ -62,7 +62,19 @@ class Code:
 
 
 class Block(ABC):
-    """What a step computes. It is frozen; its memory is passed and returned."""
+    """What a step computes. It is frozen; its memory is passed and returned.
+
+    Examples
+    --------
+    >>> class Doubled(Block):
+    ...     def rest(self, first):
+    ...         return np.zeros(0)
+    ...     def advance(self, signals, memory):
+    ...         return 2.0 * signals[0], memory
+    >>> program = Program().then(Doubled(), "u")
+    >>> program.advance({"u": np.array([1.0, 3.0])})[0][program.output]
+    array([2., 6.])
+    """
 
     causal = True
     """Whether it needs no future samples."""
