@@ -8,8 +8,12 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -203,17 +207,18 @@ def train_sensor(
         raise DataError(f"{notes[0].removeprefix('not tried: ')}: give more samples, or fewer inputs")
     # Train each, and choose.
     candidates: list[Candidate] = []
-    for number, (name, sensor) in enumerate(small, 1):
-        try:
-            made = sensor.fit(
-                training, seed=seed, starts=starts, progress=_teller(progress, f"{number} of {len(small)}: {name}")
-            )
-        except KeyboardInterrupt:
-            if not candidates:
-                raise
-            notes.append(f"interrupted while training {name}: the structures from there on were not tried")
-            break
-        candidates.append(_scored(name, made, training, selection))
+    with _interrupts() as interrupts:
+        for number, (name, sensor) in enumerate(small, 1):
+            try:
+                tell = _teller(progress, f"{number} of {len(small)}: {name}")
+                made = sensor.fit(training, seed=seed, starts=starts, progress=tell)
+                candidates.append(_scored(name, made, training, selection))
+            except KeyboardInterrupt:
+                if not candidates:
+                    raise
+            if interrupts:
+                notes.append(f"interrupted at {name}, structure {number} of {len(small)}: the others were not tried")
+                break
     best = min(candidates, key=lambda c: c.selection)
     pressure = best.sensor.channels[0]
     zoned = enforced(DeadZone(best.sensor, pressure), training)
@@ -284,6 +289,26 @@ def _offered(
                     f"hysteresis of {name}{warm}, {words}",
                     PTX(plays=plays, pressure=name, temperature=temperature, output=output),
                 )
+
+
+@contextmanager
+def _interrupts() -> Iterator[list[int]]:
+    """Collect interrupts from the keyboard: a descent returns its best point, and does not pass them on."""
+    found: list[int] = []
+    if threading.current_thread() is not threading.main_thread():  # only there a handler can be set
+        yield found
+        return
+
+    def note(number: int, frame: FrameType | None) -> None:
+        found.append(number)
+        signal.default_int_handler(number, frame)
+
+    before = {one: signal.signal(one, note) for one in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield found
+    finally:
+        for one, handler in before.items():
+            signal.signal(one, handler)
 
 
 def _scored(name: str, sensor: VirtualSensor, training: Dataset, selection: Dataset) -> Candidate:
