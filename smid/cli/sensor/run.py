@@ -11,7 +11,7 @@ import click
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from smid.cli.console import Command, Progress
+from smid.cli.console import INTERRUPTED, Command, Progress
 from smid.cli.loading import read_table
 from smid.cli.options import FILE, argument, group, option, takes
 from smid.cli.outputs import Outputs, writes
@@ -73,7 +73,8 @@ _SAID = 10
 @click.argument("sensor", type=FILE)
 @takes(ran=Ran)
 @writes("json")
-def run(sensor: str, ran: Ran, outputs: Outputs) -> None:
+@click.pass_context
+def run(context: click.Context, sensor: str, ran: Ran, outputs: Outputs) -> None:
     """Run a sensor over a record, sample by sample.
 
     SENSOR is a file that smid sensor train --save wrote; DATA is the record (a CSV file), which needs no measured
@@ -85,12 +86,18 @@ def run(sensor: str, ran: Ran, outputs: Outputs) -> None:
     found = load_sensor(sensor)
     told = trained(found.trained_on, found)
     stream, rows = _begun(found, ran)
-    estimates = []
+    estimates = list[Estimate]()
+    interrupted = False
     with Progress() as progress:
-        for time, samples in rows:
-            estimates.append(stream.update(time, **samples))
-            if len(estimates) % 100 == 0:
-                progress(f"{len(estimates)} samples, at {time:g} s")
+        try:
+            for time, samples in rows:
+                estimates.append(stream.update(time, **samples))
+                if len(estimates) % 100 == 0:
+                    progress(f"{len(estimates)} samples, at {time:g} s")
+        except KeyboardInterrupt:
+            if not estimates:
+                raise
+            interrupted = True
     summary = Summary(told.output.name, told.output.unit, tuple(estimates))
     outputs.say(summary)
     outputs.write(study_document("sensor-run", summary.to_dict()))
@@ -98,6 +105,9 @@ def run(sensor: str, ran: Ran, outputs: Outputs) -> None:
         write_text(ran.csv, _csv(summary))
     if ran.save_state is not None:
         write_text(ran.save_state, json.dumps(stream.state) + "\n")
+    if interrupted:
+        click.echo(f"interrupted: what is written ends at {estimates[-1].time:g} s", err=True)
+        context.exit(INTERRUPTED)
 
 
 def _begun(found: BoundedSensor, ran: Ran) -> tuple[Stream, Iterator[tuple[float, dict[str, float]]]]:
