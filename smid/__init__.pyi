@@ -3,6 +3,7 @@ from .data import DataError, Dataset
 from .diagnosis import Diagnosis, diagnose
 from .feasible.feasible_set import FeasibleSet
 from .fitting.binding import bind
+from .identification.dead_zone import DeadZones, dead_zones
 from .identification.error_bound import ErrorBound, error_bound
 from .identification.estimate import CentreStatus, Estimate, ParameterInterval
 from .identification.identify import EmptyFeasibleSetError, identify
@@ -37,6 +38,7 @@ __all__ = [
     "Comparison",
     "DataError",
     "Dataset",
+    "DeadZones",
     "Diagnosis",
     "EmptyFeasibleSetError",
     "ErrorBound",
@@ -65,6 +67,7 @@ __all__ = [
     "bode",
     "compare",
     "data",
+    "dead_zones",
     "design",
     "diagnose",
     "diagnosis",

@@ -49,6 +49,7 @@ COMMANDS = {
         "smid.cli.response:response",
         "Compute the step or frequency response of a model with certified bands.",
     ),
+    "sensor": ("smid.cli.sensor:sensor", "Train a virtual sensor on records, run it, check it, and export it to C."),
     "show": (
         "smid.cli.show:show",
         "Print what was understood of a record: channels, units, sampling time, gaps, ranges and faults.",

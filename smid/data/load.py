@@ -101,6 +101,11 @@ def _stamps(table: Table, column: str, unit: str) -> tuple[NDArray[np.float64], 
     return stamps, table.resolution(column) * SECONDS_PER_UNIT[unit]
 
 
+def time_stamps(table: Table, column: str, units: Mapping[str, str]) -> NDArray[np.float64]:
+    """Return the time stamps of a table in seconds, as they are."""
+    return _stamps(table, column, _time_unit(column, units))[0]
+
+
 def _dates(table: Table, column: str) -> NDArray[np.datetime64]:
     """Return the dates of a column; times of day are joined with the only column of days."""
     cells = table.cells[column]

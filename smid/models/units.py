@@ -23,7 +23,7 @@ from smid.models.symbols import VALUE
 if TYPE_CHECKING:
     from smid.models.model import Model
 
-__all__ = ["check_channel_units", "check_units", "unit_of"]
+__all__ = ["check_channel_units", "check_units", "conversion", "unit_of"]
 
 _KG, _M, _S, _A, _K, _MOL = sympy.symbols("kg m s A K mol", positive=True)
 _NEWTON = _KG * _M / _S**2
@@ -53,6 +53,7 @@ _UNITS: dict[str, sympy.Expr] = {
     **{"degC": _K, "deg": _DEGREE, "percent": _ONE / 100, "ppm": _ONE / 10**6, "sample": _ONE, "samples": _ONE},
 }
 
+_CELSIUS = ("degC", "°C", "℃")
 _RESULT_IS_NUMBER = (sympy.sign, sympy.exp, sympy.log, sympy.sin, sympy.cos, sympy.tan, sympy.sinh, sympy.cosh)
 _SAME = (sympy.Add, sympy.Max, sympy.Min)
 
@@ -79,6 +80,26 @@ def unit_of(text: str) -> sympy.Expr | None:
     if None in names.values() or expression.atoms(sympy.Indexed) or expression.is_Add:
         return None
     return expression.xreplace(names)
+
+
+def conversion(given: str, wanted: str) -> float | None:
+    """Return the factor that converts numbers from one unit to another; None where there is none.
+
+    Degrees Celsius and kelvin differ by an offset, so there is no factor.
+
+    Examples
+    --------
+    >>> conversion("bar", "kPa"), conversion("bar", "mm"), conversion("degC", "K")
+    (100.0, None, None)
+    """
+    if given.strip() == wanted.strip():
+        return 1.0
+    known = unit_of(given), unit_of(wanted)
+    if known[0] is None or known[1] is None:
+        return None
+    ratio = sympy.simplify(known[0] / known[1])
+    celsius = [text.strip() in _CELSIUS for text in (given, wanted)]
+    return float(ratio) if ratio.is_number and celsius[0] == celsius[1] else None
 
 
 def check_channel_units(model: Model, units: Mapping[str, str]) -> None:

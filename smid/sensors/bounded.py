@@ -20,8 +20,9 @@ Automatica 40 (2004), for bounds that vary over the range.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import linprog
@@ -32,89 +33,89 @@ from smid.display.result import Part, Result
 from smid.display.table import Table
 from smid.models import ModelError
 from smid.sensors.lag import lag
-from smid.sensors.sensor import VirtualSensor, require_channels, trained
+from smid.sensors.prediction import Prediction
+from smid.sensors.program import Block, Code, Program
+from smid.sensors.ranges import Range
+from smid.sensors.sensor import VirtualSensor, trained
 from smid.sensors.stream import Stream
+from smid.sensors.trained_on import TrainedOn
 
-__all__ = ["BoundedSensor", "IntervalEstimate", "IntervalPrediction", "IntervalStream", "bound_error"]
+__all__ = ["BoundedSensor", "IntervalPrediction", "bound_error"]
 
 KNOTS = 7
 MEMORY = 0.8  # the pole of the speed: five samples
 MARGIN = 0.3
+SLACK = 1e-14
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class IntervalPrediction(Result):
-    """Intervals of the position of records.
+    """Intervals of the output of records.
 
     Parameters
     ----------
-    records
-        Names of the records.
-    position, lower, upper
-        Shape (n,). In mm, one array per record.
-    warnings
-        Limits of the answer.
+    prediction
+        The computed output, in the middle of the intervals.
+    lower, upper
+        Shape (n,). In the unit of the output, one array per record.
 
     Examples
     --------
-    >>> found = IntervalPrediction(("20C_ramp_b",), (np.ones(2),), (np.zeros(2),), (np.full(2, 2.0),))
-    >>> found.records, found.upper[0] - found.lower[0]
-    (('20C_ramp_b',), array([2., 2.]))
+    >>> from smid.data.bundled import load_clutch
+    >>> from smid.sensors import CFPX
+    >>> data = load_clutch("20C_ramp_a")
+    >>> found = bound_error(CFPX(10).fit(data, seed=1), data).predict(data)
+    >>> found.records, found.mean_width < 4
+    (('20C_ramp_a',), True)
     """
 
-    records: tuple[str, ...]
-    position: tuple[Array, ...]
+    prediction: Prediction
     lower: tuple[Array, ...]
     upper: tuple[Array, ...]
-    warnings: tuple[str, ...] = ()
 
     def _content(self) -> Iterator[Part]:
         rows = tuple(
             (name, str(low.size), f"{np.mean(high - low):.3g}")
             for name, low, high in zip(self.records, self.lower, self.upper, strict=True)
         )
-        yield Table("Intervals of the position.", ("record", "samples", "mean width [mm]"), rows, "lrr")
+        output = self.prediction.output
+        width = f"mean width [{output.unit}]" if output.unit else "mean width"
+        yield Table(f"Intervals of {output.name}.", ("record", "samples", width), rows, "lrr")
         yield from self.warnings
 
     @property
+    def records(self) -> tuple[str, ...]:
+        """Names of the records."""
+        return self.prediction.records
+
+    @property
+    def position(self) -> tuple[Array, ...]:
+        """The computed output, one array per record."""
+        return self.prediction.position
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Limits of the answer."""
+        return self.prediction.warnings
+
+    @property
     def mean_width(self) -> float:
-        """Mean of upper minus lower over all samples, in mm."""
+        """Mean of upper minus lower over all samples, in the unit of the output."""
         return float(np.mean(np.concatenate(self.upper) - np.concatenate(self.lower)))
 
     def coverage(self, data: Dataset) -> dict[str, float]:
-        """Return the share of each record's measured positions, from 0 to 1, that lies inside the intervals.
+        """Return the share of each record's measured outputs, from 0 to 1, that lies inside the intervals.
 
         Raises
         ------
         DataError
-            If there is no position, or the records are not those of the prediction.
+            As `Prediction.measured`.
         """
-        require_channels(data, ("position",))
-        if tuple(run.name for run in data.experiments) != self.records:
-            raise DataError("the records are not those of the prediction: give the data set that was predicted")
-        result = {}
-        for run, low, high in zip(data.experiments, self.lower, self.upper, strict=True):
-            y = run.values["position"]
-            result[run.name] = float(np.mean(((low <= y) & (y <= high))[data.n_init :]))
-        return result
-
-
-@dataclass(frozen=True)
-class IntervalEstimate:
-    """The interval of the position at one instant: time in seconds, positions in mm.
-
-    Examples
-    --------
-    >>> now = IntervalEstimate(time=0.5, position=1.2, lower=1.1, upper=1.3)
-    >>> now.lower < now.position < now.upper
-    True
-    """
-
-    time: float
-    position: float
-    lower: float
-    upper: float
-    warnings: tuple[str, ...] = ()
+        measured = self.prediction.measured(data)
+        return {
+            name: float(np.mean(((low <= y) & (y <= high))[data.n_init :]))
+            for name, y, low, high in zip(self.records, measured, self.lower, self.upper, strict=True)
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,9 +125,9 @@ class BoundedSensor:
     Parameters
     ----------
     knots
-        Shape (m - 1,). Positions in mm, rising; beyond them the bound is constant.
+        Shape (m - 1,). Values of the output, rising; beyond them the bound is constant.
     weights
-        Shape (m,). Of the hats in mm, then of the speed.
+        Shape (m,). Of the hats in the unit of the output, then of the speed.
     margin
         Share by which the bound is widened.
     n_samples
@@ -144,78 +145,108 @@ class BoundedSensor:
         """Largest mean probability that another, independent sample exceeds the bound without margin."""
         return self.weights.size / (self.n_samples + 1)
 
+    @property
+    def trained_on(self) -> TrainedOn | None:
+        """The records that trained the sensor."""
+        return self.sensor.trained_on
+
+    def program(self) -> Program:
+        """Return the steps of the sensor, and of half the width of its interval."""
+        return self.sensor.program().bounded(HalfWidth(self.knots, self.weights, self.margin))
+
     def predict(self, data: Dataset) -> IntervalPrediction:
-        """Return intervals of the position.
+        """Return intervals of the output.
 
         Raises
         ------
         DataError
             As `VirtualSensor.predict`.
         """
-        said = self.sensor.predict(data)
-        bounds = [_Bound(self).advance(x) for x in said.position]
+        said, block = self.sensor.predict(data), HalfWidth(self.knots, self.weights, self.margin)
+        halves = [block.advance([x], block.rest([x[0]]))[0] for x in said.position]
         return IntervalPrediction(
-            records=said.records,
-            position=said.position,
-            lower=tuple(x - d for x, d in zip(said.position, bounds, strict=True)),
-            upper=tuple(x + d for x, d in zip(said.position, bounds, strict=True)),
-            warnings=said.warnings,
+            said,
+            lower=tuple(x - d for x, d in zip(said.position, halves, strict=True)),
+            upper=tuple(x + d for x, d in zip(said.position, halves, strict=True)),
         )
 
-    def stream(self) -> IntervalStream:
-        """Return the sensor for samples one by one; its answers equal those of `predict`."""
-        return IntervalStream(self.sensor.stream(), _Bound(self))
+    def stream(self, *, units: Mapping[str, str] | None = None, state: Mapping[str, Any] | None = None) -> Stream:
+        """Return the sensor for samples one by one; see `VirtualSensor.stream`."""
+        return Stream(self.program(), trained(self.trained_on, self), units or {}, state)
 
 
-class IntervalStream:
-    """A bounded sensor that takes one sample after the other.
+@dataclass(frozen=True, eq=False)
+class HalfWidth(Block):
+    """Half the width of the interval of an output; the memory is the last output and the recent speed."""
 
-    Examples
-    --------
-    >>> from smid.data.bundled import load_clutch
-    >>> from smid.sensors import PX
-    >>> data = load_clutch("20C_ramp_a")
-    >>> sensor = PX(hidden=(3,)).fit(data, seed=1, starts=1)
-    >>> now = bound_error(sensor, data, margin=0.0).stream().update(0.0, pressure=0.0)
-    >>> now.lower <= now.position <= now.upper
-    True
-    """
+    knots: Array
+    weights: Array
+    margin: float
 
-    def __init__(self, stream: Stream, bound: _Bound) -> None:
-        self._stream, self._bound = stream, bound
+    def rest(self, first: Sequence[Array]) -> Array:
+        """Return the first output, and no speed; see `Block.rest`."""
+        return np.array([first[0], 0.0])
 
-    def update(self, time: float, **samples: float) -> IntervalEstimate:
-        """Take the samples of an instant and return the interval; see `Stream.update`."""
-        said = self._stream.update(time, **samples)
-        half = float(self._bound.advance(np.array([said.position]))[0])
-        return IntervalEstimate(time, said.position, said.position - half, said.position + half, said.warnings)
+    def advance(self, signals: Sequence[Array], memory: Array) -> tuple[Array, Array]:
+        """Return the bounds; see `Block.advance`."""
+        position = signals[0]
+        speed = _speed(position, memory)
+        shape = np.interp(position, self.knots, self.weights[:-1])
+        half = (1.0 + self.margin) * (shape + self.weights[-1] * speed)
+        return half, np.array([position[-1], speed[-1]])
+
+    def past(self, signals: Sequence[Range]) -> Range:
+        """Return any last output and any speed; see `Block.past`."""
+        now = signals[0]
+        return Range(np.array([now.lower, 0.0]), np.array([now.upper, now.width * (1.0 + SLACK)]))
+
+    def enclose(self, signals: Sequence[Range], memory: Range, cells: int) -> tuple[Range, Range]:  # noqa: ARG002
+        """Return the least and the largest bound; see `Block.enclose`."""
+        now, before, speed = signals[0], memory[0], memory[1]
+        inside = self.knots[(now.lower < self.knots) & (self.knots < now.upper)]
+        shape = np.interp([now.lower, now.upper, *inside], self.knots, self.weights[:-1])
+        step = Range(
+            np.maximum(0.0, np.maximum(now.lower - before.upper, before.lower - now.upper)),
+            np.maximum(now.upper - before.lower, before.upper - now.lower),
+        )
+        recent = [MEMORY * s + (1.0 - MEMORY) * d for s, d in ((speed.lower, step.lower), (speed.upper, step.upper))]
+        # Nonnegative sums of a few terms: their rounding errors are below the slack.
+        least, most = (
+            (1.0 + self.margin) * (s + self.weights[-1] * v) * (1.0 + slack)
+            for s, v, slack in ((shape.min(), recent[0], -SLACK), (shape.max(), recent[1], SLACK))
+        )
+        speeds = np.asarray(recent) * (1.0 + np.array([-SLACK, SLACK]))
+        after = Range(np.array([now.lower, speeds[0]]), np.array([now.upper, speeds[1]]))
+        return Range(np.asarray(least), np.asarray(most)), after
+
+    def code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return numpy's interpolation and the speed; see `Block.code`."""
+        x, n = signals[0], self.knots.size
+        heights = self.weights[:-1]
+        slopes = np.diff(heights) / np.diff(self.knots)
+        tables = [
+            f"static const double {name}_{what}[{values.size}] = {{{', '.join(map(repr, values.tolist()))}}};"
+            for what, values in (("x", self.knots), ("y", heights), ("k", slopes))
+        ]
+        return Code(
+            update=(
+                f"m[1] = fabs({x} - m[0]) + {MEMORY!r} * (m[1] - fabs({x} - m[0]));\n"
+                f"m[0] = {x};\n"
+                f"{{ int k = 0; while (k < {n - 2} && {x} >= {name}_x[k + 1]) k++;\n"
+                f"  {name} = {x} <= {name}_x[0] ? {name}_y[0] : {x} >= {name}_x[{n - 1}] ? {name}_y[{n - 1}]\n"
+                f"    : {name}_k[k] * ({x} - {name}_x[k]) + {name}_y[k]; }}\n"
+                f"{name} = {1.0 + self.margin!r} * ({name} + {float(self.weights[-1])!r} * m[1]);"
+            ),
+            constants="\n".join(tables),
+            size=2,
+            rest=f"m[0] = {x}; m[1] = 0.0;",
+        )
 
 
-class _Bound:
-    """Half the width of the interval, with the recent speed as memory."""
-
-    def __init__(self, sensor: BoundedSensor) -> None:
-        self._sensor = sensor
-        self._speed = _Speed()
-
-    def advance(self, position: Array) -> Array:
-        sensor = self._sensor
-        heights, weight = sensor.weights[:-1], sensor.weights[-1]
-        shape = np.interp(position, sensor.knots, heights)
-        return np.asarray((1.0 + sensor.margin) * (shape + weight * self._speed.advance(position)))
-
-
-class _Speed:
-    def __init__(self) -> None:
-        self._position: float | None = None
-        self._value = 0.0
-
-    def advance(self, position: Array) -> Array:
-        before = position[:1] if self._position is None else np.array([self._position])
-        steps = np.abs(np.diff(np.concatenate([before, position])))
-        speed = lag(steps, np.full(steps.size, MEMORY), self._value)
-        self._position, self._value = float(position[-1]), float(speed[-1])
-        return speed
+def _speed(position: Array, memory: Array) -> Array:
+    """Return the recent speed, shape (n,), after the last output and speed."""
+    steps = np.abs(np.diff(position, prepend=memory[0]))
+    return lag(steps, np.full(steps.size, MEMORY), float(memory[1]))
 
 
 def bound_error(sensor: VirtualSensor, data: Dataset, *, margin: float = MARGIN) -> BoundedSensor:
@@ -244,7 +275,7 @@ def bound_error(sensor: VirtualSensor, data: Dataset, *, margin: float = MARGIN)
     >>> bounded.predict(load_clutch("20C_ramp_b")).coverage(load_clutch("20C_ramp_b"))
     {'20C_ramp_b': 1.0}
     """
-    trained(sensor.sampling_time, sensor)
+    trained(sensor.trained_on, sensor)
     if not margin >= 0:
         raise ModelError(f"margin = {margin}: give a share, 0 or more, such as {MARGIN}")
     said = sensor.predict(data)
@@ -253,9 +284,10 @@ def bound_error(sensor: VirtualSensor, data: Dataset, *, margin: float = MARGIN)
     position = np.concatenate(positions)
     if position.size <= KNOTS + 1:
         raise DataError(f"{position.size} samples for a bound of {KNOTS + 1} weights: give longer records")
-    knots = np.linspace(position.min(), position.max(), KNOTS)
+    low, high = float(position.min()), float(position.max())
+    knots = np.linspace(low, high if high > low else low + 1.0, KNOTS)
     hats = [np.interp(position, knots, row) for row in np.eye(KNOTS)]
-    shape = np.stack([*hats, np.concatenate([_Speed().advance(x) for x in positions])], axis=1)
+    shape = np.stack([*hats, np.concatenate([_speed(x, np.array([x[0], 0.0])) for x in positions])], axis=1)
     solution = linprog(shape.mean(axis=0), A_ub=-shape, b_ub=-error, bounds=(0, None), method="highs")
     # The solver meets its constraints within a tolerance: raise all weights by the largest excess.
     found = np.asarray(solution.x, dtype=np.float64)

@@ -11,17 +11,24 @@ Reference: clutch thesis, (5.11) and table 5.3; Trefethen, "Approximation Theory
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Self
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
 from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import Balls
 from smid.data import DataError, Dataset
 from smid.models import ModelError
 from smid.networks import ProgressCallback
-from smid.sensors.sensor import Run, Samples, VirtualSensor, require_training_data, trained
+from smid.sensors.curve import cells_of
+from smid.sensors.program import Block, Code, Program
+from smid.sensors.ranges import Range
+from smid.sensors.sensor import VirtualSensor, require_training_data, trained
+from smid.sensors.trained_on import TrainedOn
 
 __all__ = ["CFPX", "scale_pressure"]
 
@@ -32,12 +39,10 @@ class CFPX(VirtualSensor):
 
     Parameters
     ----------
-    pressure_range
-        Lowest and highest pressure of the training records, in bar.
+    pressure, output
+        Names of the channels.
     coefficients
-        Shape (order + 1,). Of the Chebyshev polynomials on that range, in mm; None before training.
-    sampling_time
-        Of the training records, in seconds.
+        Shape (order + 1,). Of the Chebyshev polynomials on the trained range; None before training.
 
     Raises
     ------
@@ -54,9 +59,10 @@ class CFPX(VirtualSensor):
     """
 
     order: int = 20
-    pressure_range: tuple[float, float] | None = None
+    pressure: str = "pressure"
+    output: str = "position"
     coefficients: Array | None = None
-    sampling_time: float | None = None
+    trained_on: TrainedOn | None = None
 
     def __post_init__(self) -> None:
         if self.order < 0:
@@ -65,7 +71,7 @@ class CFPX(VirtualSensor):
     @property
     def channels(self) -> tuple[str, ...]:
         """The pressure."""
-        return ("pressure",)
+        return (self.pressure,)
 
     @property
     def n_parameters(self) -> int:
@@ -81,35 +87,108 @@ class CFPX(VirtualSensor):
         progress: ProgressCallback | None = None,  # noqa: ARG002
     ) -> Self:
         """Return this sensor, fitted by linear least squares; see `VirtualSensor.fit`."""
-        require_training_data(data, self.channels)
-        pressure = data.stacked("pressure")
+        require_training_data(data, self.channels, self.output)
+        pressure = data.stacked(self.pressure)
         if self.n_parameters > pressure.size:
             raise DataError(
                 f"{self.n_parameters} coefficients but {pressure.size} samples: give more samples, or a lower order"
             )
         pressure_range = float(pressure.min()), float(pressure.max())
         basis = chebyshev.chebvander(scale_pressure(pressure, pressure_range), self.order)
-        coefficients = np.asarray(np.linalg.lstsq(basis, data.stacked("position"), rcond=None)[0], dtype=np.float64)
-        return replace(
-            self,
-            pressure_range=pressure_range,
-            coefficients=coefficients,
-            sampling_time=data.sampling_time,
-        )
+        coefficients = np.asarray(np.linalg.lstsq(basis, data.stacked(self.output), rcond=None)[0], dtype=np.float64)
+        told = TrainedOn.of(data, self.channels, self.output)
+        return replace(self, coefficients=coefficients, trained_on=told)
 
-    def run(self) -> Run:
-        """Return the sensor; see `VirtualSensor.run`."""
-        return _Run(trained(self.pressure_range, self), trained(self.coefficients, self))
+    def program(self) -> Program:
+        """Return the polynomial; see `VirtualSensor.program`."""
+        signal = trained(self.trained_on, self).inputs[0]
+        return Program().then(Chebyshev((signal.lower, signal.upper), trained(self.coefficients, self)), self.pressure)
 
 
 @dataclass(frozen=True, eq=False)
-class _Run:
+class Chebyshev(Block):
+    """A polynomial of a pressure that is scaled to its range and held at the ends.
+
+    Over a cell of half width d around c it lies within ``p(c) +- (|p'(c)| d + max |p''| d^2 / 2)``.
+    """
+
     pressure_range: tuple[float, float]
     coefficients: Array
 
-    def advance(self, samples: Samples) -> Array:
-        scaled = scale_pressure(samples["pressure"], self.pressure_range)
-        return np.asarray(chebyshev.chebval(scaled, self.coefficients))
+    def rest(self, first: Sequence[Array]) -> Array:  # noqa: ARG002
+        """Return no memory; see `Block.rest`."""
+        return np.zeros(0)
+
+    def advance(self, signals: Sequence[Array], memory: Array) -> tuple[Array, Array]:
+        """Return the values; see `Block.advance`."""
+        return np.asarray(chebyshev.chebval(scale_pressure(signals[0], self.pressure_range), self.coefficients)), memory
+
+    def enclose(self, signals: Sequence[Range], memory: Range, cells: int) -> tuple[Range, Range]:
+        """Return the range over the cells; see `Block.enclose`."""
+        low, high = (Balls.exact(end) for end in self.pressure_range)
+        half = Balls.exact(0.5)
+        clipped = Range(*(np.clip(end, *self.pressure_range) for end in (signals[0].lower, signals[0].upper)))
+        centre = half * (low + high)
+        ends = [Range.of((Balls.exact(e) - centre) / (half * (high - low))) for e in (clipped.lower, clipped.upper)]
+        box = cells_of([Range(np.maximum(ends[0].lower, -1.0), np.minimum(ends[1].upper, 1.0))], cells)[0]
+        middle = 0.5 * box.lower + 0.5 * box.upper
+        first, second = _derivatives(self.coefficients)
+        reach = (box.balls - Balls.exact(middle)).magnitude()
+        slope = _clenshaw(first, middle).magnitude()
+        # |T_j| <= 1 bounds the second derivative.
+        spread = (slope * reach + 0.5 * float(second.magnitude().sum()) * reach**2) * (1.0 + 1e-14)
+        value = _clenshaw(Balls.exact(self.coefficients), middle)
+        found = Range.of(value + Balls(np.zeros_like(spread), spread))
+        return Range(found.lower.min(), found.upper.max()), memory
+
+    def code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return Clenshaw's recursion in the order of numpy; see `Block.code`."""
+        low, high = self.pressure_range
+        c = self.coefficients.tolist()
+        # numpy takes a missing last coefficient as zero
+        c += [0.0] * (len(c) == 1)
+        table = f"static const double {name}_c[{len(c)}] = {{{', '.join(map(repr, c))}}};"
+        clip = f"{signals[0]} < {low!r} ? {low!r} : {signals[0]} > {high!r} ? {high!r} : {signals[0]}"
+        return Code(
+            update=(
+                f"{{ double x = (({clip}) - ({0.5 * (low + high)!r})) / {0.5 * (high - low)!r};\n"
+                f"  double c0 = {name}_c[{len(c) - 2}], c1 = {name}_c[{len(c) - 1}];\n"
+                f"  for (int k = {len(c) - 3}; k >= 0; k--) {{\n"
+                "    double before = c0;\n"
+                f"    c0 = {name}_c[k] - c1;\n"
+                "    c1 = before + c1 * (2.0 * x);\n"
+                "  }\n"
+                f"  {name} = c0 + c1 * x; }}"
+            ),
+            constants=table,
+        )
+
+
+def _derivatives(coefficients: Array) -> tuple[Balls, Balls]:
+    """Return the coefficients of the first and the second derivative, exact but for the last rounding."""
+
+    def derivative(c: list[Fraction]) -> list[Fraction]:
+        c, found = list(c), [Fraction(0)] * max(1, len(c) - 1)
+        for j in range(len(c) - 1, 0, -1):
+            found[j - 1] = (1 if j == 1 else 2 * j) * c[j]
+            if j > 2:
+                c[j - 2] += Fraction(j, j - 2) * c[j]
+        return found
+
+    first = derivative([Fraction(x) for x in coefficients.tolist()])
+    enclosed = ([Balls.enclose(x) for x in some] for some in (first, derivative(first)))
+    one, two = (Balls(np.array([b.mid for b in some]), np.array([b.rad for b in some])) for some in enclosed)
+    return one, two
+
+
+def _clenshaw(coefficients: Balls, points: Array) -> Balls:
+    """Return a series at points of shape (n,), with the rounding errors."""
+    x = Balls.exact(points)
+    zero = Balls.exact(np.zeros_like(points))
+    b1, b2 = zero, zero
+    for k in range(len(coefficients) - 1, 0, -1):
+        b1, b2 = coefficients[k] + Balls.exact(2.0) * x * b1 - b2, b1
+    return coefficients[0] + x * b1 - b2
 
 
 def scale_pressure(pressure: Array, pressure_range: tuple[float, float]) -> Array:

@@ -2,7 +2,7 @@
 
     x_t = f(I_{t-1}, I_{t-2}, P_{t-1}, P_{t-2}),    f: ten tanh neurons, 61 parameters
 
-Before the first sample, current and pressure have their first values.
+It reads any channels with any delays. Before the first sample, a channel has its first value.
 
 Reference: clutch thesis, (5.1)-(5.5).
 """
@@ -14,28 +14,37 @@ from typing import Self
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array
 from smid.data import Dataset
+from smid.models import ModelError
 from smid.networks import ProgressCallback, TanhNetwork, delayed, train, weight_count
-from smid.sensors.sensor import Run, Samples, VirtualSensor, require_training_data, trained
+from smid.sensors.curve import NetworkBlock
+from smid.sensors.delay import Delay
+from smid.sensors.program import Program
+from smid.sensors.sensor import VirtualSensor, require_training_data, trained
+from smid.sensors.trained_on import TrainedOn
 
 __all__ = ["CPX"]
-
-DELAYS = (1, 2)
 
 
 @dataclass(frozen=True, eq=False)
 class CPX(VirtualSensor):
-    """Current and pressure to position.
+    """Past samples of current and pressure to position.
 
     Parameters
     ----------
     hidden
         Neurons of each hidden layer.
+    inputs, output
+        Names of the channels.
+    delays
+        Of each input, in samples.
     network
-        From mA and bar to mm; None before training.
-    sampling_time
-        Of the training records, in seconds.
+        In the units of the channels; None before training.
+
+    Raises
+    ------
+    ModelError
+        If there is no input, or a delay is negative.
 
     Examples
     --------
@@ -47,18 +56,25 @@ class CPX(VirtualSensor):
     """
 
     hidden: tuple[int, ...] = (10,)
+    inputs: tuple[str, ...] = ("current", "pressure")
+    delays: tuple[int, ...] = (1, 2)
+    output: str = "position"
     network: TanhNetwork | None = None
-    sampling_time: float | None = None
+    trained_on: TrainedOn | None = None
+
+    def __post_init__(self) -> None:
+        if not self.inputs or not self.delays or min(self.delays) < 0:
+            raise ModelError(f"inputs = {self.inputs}, delays = {self.delays}: give channels, and delays of 0 or more")
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Current and pressure."""
-        return ("current", "pressure")
+        """The inputs."""
+        return self.inputs
 
     @property
     def n_parameters(self) -> int:
         """Number of weights and biases."""
-        return weight_count((len(DELAYS) * len(self.channels), *self.hidden))
+        return weight_count((len(self.delays) * len(self.inputs), *self.hidden))
 
     def fit(
         self,
@@ -69,34 +85,25 @@ class CPX(VirtualSensor):
         progress: ProgressCallback | None = None,
     ) -> Self:
         """Return this sensor, trained by Levenberg-Marquardt; see `VirtualSensor.fit`."""
-        require_training_data(data, self.channels)
+        require_training_data(data, self.channels, self.output)
+        lines = [self.delays] * len(self.inputs)
         training = train(
-            np.concatenate([_delay_line(run.values) for run in data.experiments]),
-            data.stacked("position"),
+            np.concatenate([delayed([run.values[n] for n in self.inputs], lines) for run in data.experiments]),
+            data.stacked(self.output),
             hidden=self.hidden,
             seed=seed,
             starts=starts,
             progress=progress,
         )
-        return replace(self, network=training.network, sampling_time=data.sampling_time)
+        told = TrainedOn.of(data, self.channels, self.output)
+        return replace(self, network=training.network, trained_on=told)
 
-    def run(self) -> Run:
-        """Return the sensor at rest; see `VirtualSensor.run`."""
-        return _Run(trained(self.network, self))
-
-
-def _delay_line(samples: Samples) -> Array:
-    return delayed([samples["current"], samples["pressure"]], [DELAYS, DELAYS])
-
-
-class _Run:
-    def __init__(self, network: TanhNetwork) -> None:
-        self._network = network
-        self._past: dict[str, Array] | None = None
-
-    def advance(self, samples: Samples) -> Array:
-        names = ("current", "pressure")
-        past = self._past or {name: np.repeat(samples[name][:1], max(DELAYS)) for name in names}
-        joined = {name: np.concatenate([past[name], samples[name]]) for name in names}
-        self._past = {name: joined[name][-max(DELAYS) :] for name in names}
-        return self._network(_delay_line(joined)[max(DELAYS) :])
+    def program(self) -> Program:
+        """Return the delays and the network; see `VirtualSensor.program`."""
+        program, reads = Program(), list[str]()
+        for name in self.inputs:
+            for delay in self.delays:
+                if delay:
+                    program = program.then(Delay(delay), name)
+                reads.append(program.output if delay else name)
+        return program.then(NetworkBlock(trained(self.network, self)), *reads)

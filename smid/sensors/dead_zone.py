@@ -10,18 +10,23 @@ Reference: clutch thesis, 5.3.3 and figures 5.19 to 5.21, which do not give the 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.networks import ProgressCallback
-from smid.sensors.sensor import Run, Samples, VirtualSensor, require_training_data
+from smid.sensors.program import Block, Code, Program
+from smid.sensors.ranges import Range
+from smid.sensors.sensor import VirtualSensor, require_training_data
+from smid.sensors.trained_on import TrainedOn
 
-__all__ = ["DeadZone"]
+__all__ = ["DeadZone", "enforced"]
+
+Zone = TypeVar("Zone", bound="DeadZone")
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,10 +37,12 @@ class DeadZone(VirtualSensor):
     ----------
     sensor
         Gives the position above the threshold.
+    pressure
+        Name of the channel with the threshold.
     threshold
-        In bar; None before training, or if no threshold lowers the error.
+        In the unit of the pressure; None before training, or if no threshold lowers the error.
     rest
-        Position in mm up to the threshold.
+        Position up to the threshold.
 
     Examples
     --------
@@ -49,13 +56,15 @@ class DeadZone(VirtualSensor):
     """
 
     sensor: VirtualSensor
+    pressure: str = "pressure"
     threshold: float | None = None
     rest: float | None = None
+    trained_on: TrainedOn | None = None
 
     @property
     def channels(self) -> tuple[str, ...]:
         """Those of the sensor, and the pressure."""
-        return tuple(dict.fromkeys((*self.sensor.channels, "pressure")))
+        return tuple(dict.fromkeys((*self.sensor.channels, self.pressure)))
 
     @property
     def n_parameters(self) -> int:
@@ -63,9 +72,9 @@ class DeadZone(VirtualSensor):
         return self.sensor.n_parameters + 2
 
     @property
-    def sampling_time(self) -> float | None:
-        """Of the records that trained the sensor, in seconds."""
-        return self.sensor.sampling_time
+    def output(self) -> str:
+        """That of the sensor."""
+        return self.sensor.output
 
     def fit(
         self,
@@ -76,42 +85,57 @@ class DeadZone(VirtualSensor):
         progress: ProgressCallback | None = None,
     ) -> Self:
         """Return this sensor, trained, with its dead zone; see `VirtualSensor.fit`."""
-        require_training_data(data, self.channels)
+        require_training_data(data, self.channels, self.output)
         sensor = self.sensor.fit(data, seed=seed, starts=starts, progress=progress)
-        # For every threshold: the fall of the squared error if the samples up to it get their mean.
-        order = np.argsort(data.stacked("pressure"), kind="stable")
-        pressure, position = data.stacked("pressure")[order], data.stacked("position")[order]
-        spoken = np.concatenate(sensor.predict(data).position)[order]
-        mean = np.cumsum(position) / np.arange(1, position.size + 1)
-        at_rest = np.cumsum(position**2) - np.cumsum(position) * mean
-        gain = np.cumsum((position - spoken) ** 2) - at_rest
-        best = int(np.argmax(gain))
-        if gain[best] <= 0:
-            return replace(self, sensor=sensor, threshold=None, rest=None)
-        return replace(self, sensor=sensor, threshold=float(pressure[best]), rest=float(mean[best]))
+        return enforced(replace(self, sensor=sensor), data)
 
-    def run(self) -> Run:
-        """Return the sensor at rest; see `VirtualSensor.run`."""
-        return _Run(self.sensor.run(), self._enforced)
-
-    def evaluate(self, samples: Samples) -> Array:
-        """Return the positions of a whole record; see `VirtualSensor.evaluate`."""
-        return self._enforced(samples, self.sensor.evaluate(samples))
-
-    def _enforced(self, samples: Samples, position: Array) -> Array:
+    def program(self) -> Program:
+        """Return the steps of the sensor, then the threshold; see `VirtualSensor.program`."""
+        inner = self.sensor.program()
         if self.threshold is None or self.rest is None:
-            return position
-        return np.where(samples["pressure"] <= self.threshold, self.rest, position)
-
-    def cautions(self, samples: Samples) -> tuple[str, ...]:
-        """Return the warnings of the sensor."""
-        return self.sensor.cautions(samples)
+            return inner
+        return inner.then(Threshold(self.threshold, self.rest), inner.output, self.pressure)
 
 
-@dataclass(frozen=True, eq=False)
-class _Run:
-    inner: Run
-    enforce: Callable[[Samples, Array], Array]
+def enforced(zone: Zone, data: Dataset) -> Zone:
+    """Return a dead zone, whose sensor is trained, with the best threshold on records."""
+    # For every threshold: the fall of the squared error if the samples up to it get their mean.
+    order = np.argsort(data.stacked(zone.pressure), kind="stable")
+    pressure, position = data.stacked(zone.pressure)[order], data.stacked(zone.output)[order]
+    spoken = np.concatenate(zone.sensor.predict(data).position)[order]
+    mean = np.cumsum(position) / np.arange(1, position.size + 1)
+    at_rest = np.cumsum(position**2) - np.cumsum(position) * mean
+    gain = np.cumsum((position - spoken) ** 2) - at_rest
+    best = int(np.argmax(gain))
+    told = TrainedOn.of(data, zone.channels, zone.output)
+    if gain[best] <= 0:
+        return replace(zone, threshold=None, rest=None, trained_on=told)
+    return replace(zone, threshold=float(pressure[best]), rest=float(mean[best]), trained_on=told)
 
-    def advance(self, samples: Samples) -> Array:
-        return self.enforce(samples, self.inner.advance(samples))
+
+@dataclass(frozen=True)
+class Threshold(Block):
+    """A signal, replaced by a constant where a second one does not exceed the threshold."""
+
+    threshold: float
+    constant: float
+
+    def rest(self, first: Sequence[Array]) -> Array:  # noqa: ARG002
+        """Return no memory; see `Block.rest`."""
+        return np.zeros(0)
+
+    def advance(self, signals: Sequence[Array], memory: Array) -> tuple[Array, Array]:
+        """Return the values; see `Block.advance`."""
+        return np.where(signals[1] <= self.threshold, self.constant, signals[0]), memory
+
+    def enclose(self, signals: Sequence[Range], memory: Range, cells: int) -> tuple[Range, Range]:  # noqa: ARG002
+        """Return both where the second signal may lie on either side; see `Block.enclose`."""
+        value, gate = signals
+        at_rest = Range.exact(self.constant)
+        if gate.upper <= self.threshold:
+            return at_rest, memory
+        return (value if gate.lower > self.threshold else value.hull(at_rest)), memory
+
+    def code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the condition; see `Block.code`."""
+        return Code(update=f"{name} = {signals[1]} <= {self.threshold!r} ? {self.constant!r} : {signals[0]};")

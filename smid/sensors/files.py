@@ -18,7 +18,7 @@ from smid.sensors.sensor import VirtualSensor
 
 __all__ = ["save_sensor", "sensor_from_dict", "sensor_to_dict"]
 
-SENSOR = "smid.sensor/1"
+SENSOR = "smid.sensor/2"
 GROUP = "smid.sensors"
 Sensor = VirtualSensor | BoundedSensor
 

@@ -14,11 +14,17 @@ IEEE Trans. Computers C-22 (1973).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
 from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import Balls
+from smid.sensors.program import Block, Code
+from smid.sensors.ranges import Range
 
-__all__ = ["lag", "lag_derivatives"]
+__all__ = ["Lag", "lag", "lag_derivatives"]
 
 _FADED = 1e-17
 
@@ -61,3 +67,71 @@ def lag_derivatives(sources: Array, decay: Array) -> Array:
         reach = np.concatenate([np.zeros(shift), reach[shift:] * reach[:-shift]])
         shift *= 2
     return result
+
+
+@dataclass(frozen=True)
+class Lag(Block):
+    """A lag of a signal; it may read a temperature, from which the time constant depends.
+
+    Parameters
+    ----------
+    time_constant
+        At the reference temperature, in seconds.
+    sampling_time
+        In seconds.
+    slope
+        Relative fall of the time constant per unit of the temperature.
+    reference
+        In the unit of the temperature.
+    """
+
+    time_constant: float
+    sampling_time: float
+    slope: float = 0.0
+    reference: float = 0.0
+
+    def pole(self, temperature: Array) -> Array:
+        """Return the pole at each temperature."""
+        tau = self.time_constant * np.exp(-self.slope * (temperature - self.reference))
+        return np.asarray(np.exp(-self.sampling_time / tau))
+
+    def rest(self, first: Sequence[Array]) -> Array:
+        """Return the first sample; see `Block.rest`."""
+        return np.atleast_1d(first[0])
+
+    def advance(self, signals: Sequence[Array], memory: Array) -> tuple[Array, Array]:
+        """Return the lagged signal; see `Block.advance`."""
+        signal = signals[0]
+        warmth = signals[1] if len(signals) > 1 else np.full(signal.size, self.reference)
+        lagged = lag(signal, self.pole(warmth), float(memory[0]))
+        return lagged, lagged[-1:]
+
+    def enclose(self, signals: Sequence[Range], memory: Range, cells: int) -> tuple[Range, Range]:  # noqa: ARG002
+        """Return the range of a mean of signal and memory; see `Block.enclose`.
+
+        It is linear in the pole, so its ends are at the least and the largest pole.
+        """
+        warmth = signals[1] if len(signals) > 1 else Range.exact(self.reference)
+        rate = -(Balls.exact(self.slope) * (warmth.balls - Balls.exact(self.reference)))
+        tau = Balls.exact(self.time_constant) * Range.of(rate).exp().balls
+        poles = Range.of(-(Balls.exact(self.sampling_time) / tau)).exp()
+        ends = []
+        for pole in (poles.lower, poles.upper):
+            a = Balls.exact(pole)
+            ends.append(Range.of((Balls.exact(1.0) - a) * signals[0].balls + a * memory[0].balls))
+        found = ends[0].hull(ends[1])
+        return found, found[None]
+
+    def code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the recursion; see `Block.code`."""
+        if len(signals) > 1:
+            tau = f"{self.time_constant!r} * exp({-self.slope!r} * ({signals[1]} - ({self.reference!r})))"
+            pole = f"exp(-{self.sampling_time!r} / ({tau}))"
+        else:
+            pole = repr(float(self.pole(np.asarray(self.reference))))
+        g = signals[0]
+        return Code(
+            update=f"{name} = {g} + {pole} * (m[0] - {g});\nm[0] = {name};",
+            size=1,
+            rest=f"m[0] = {g};",
+        )

@@ -11,14 +11,18 @@ from __future__ import annotations
 
 from bisect import bisect_left, insort
 from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.models import ModelError
+from smid.sensors.program import Block, Code
+from smid.sensors.ranges import Range, joined
 
-__all__ = ["RunningMedian", "causal_median", "centred_median", "check_order", "check_record"]
+__all__ = ["Median", "RunningMedian", "centred_median", "check_order", "check_record"]
 
 
 class RunningMedian:
@@ -92,14 +96,64 @@ def centred_median(signal: Array, order: int) -> Array:
     return np.array(result)
 
 
-def causal_median(signal: Array, order: int) -> Array:
-    """Return a record filtered by the median of the last samples, shape (n,); raise as `check_record` does.
+@dataclass(frozen=True)
+class Median(Block):
+    """The median of the last samples, or the centred one of a whole record.
 
-    Examples
-    --------
-    >>> causal_median(np.array([1.0, 9.0, 2.0, 3.0]), 3)
-    array([1., 5., 2., 3.])
+    Parameters
+    ----------
+    order
+        Samples in the window. The memory holds the last ones, and is shorter at the start of a record.
+    causal
+        Whether the window ends at the present sample; else each block of samples is taken to be a record.
     """
-    check_record(signal.size, order)
-    median = RunningMedian(order)
-    return np.array([median.update(sample) for sample in signal.tolist()])
+
+    order: int
+    causal: bool = True
+
+    def rest(self, first: Sequence[Array]) -> Array:  # noqa: ARG002
+        """Return the empty window; see `Block.rest`."""
+        return np.zeros(0)
+
+    def advance(self, signals: Sequence[Array], memory: Array) -> tuple[Array, Array]:
+        """Return the medians; see `Block.advance`."""
+        if not self.causal:
+            return centred_median(signals[0], self.order), memory
+        median = RunningMedian(self.order)
+        for sample in memory.tolist():
+            median.update(sample)
+        values = np.array([median.update(sample) for sample in signals[0].tolist()])
+        return values, np.concatenate([memory, signals[0]])[-self.order :]
+
+    def enclose(self, signals: Sequence[Range], memory: Range, cells: int) -> tuple[Range, Range]:  # noqa: ARG002
+        """Return the medians of lower and upper bounds; see `Block.enclose`."""
+        window = joined([memory, signals[0][None]])[-self.order :]
+        return Range(*(np.asarray(np.median(end)) for end in (window.lower, window.upper))), window
+
+    def code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return a ring of samples and their sorted copy; see `Block.code`."""
+        if not self.causal:
+            raise ModelError(
+                "a centred median needs future samples, which C does not have: take causal=True, which has a delay"
+            )
+        n = self.order
+        # m[0] counts the samples, m[1] is the place of the next, then the ring, then the sorted window.
+        return Code(
+            update=(
+                f"{{ double *ring = m + 2, *sorted = m + {2 + n};\n"
+                "  int n = (int) m[0], at = (int) m[1], k;\n"
+                f"  if (n == {n}) {{\n"
+                "    k = 0;\n"
+                "    while (sorted[k] != ring[at]) k++;\n"
+                "    n--;\n"
+                "    for (; k < n; k++) sorted[k] = sorted[k + 1];\n"
+                "  }\n"
+                f"  for (k = n; k > 0 && sorted[k - 1] > {signals[0]}; k--) sorted[k] = sorted[k - 1];\n"
+                f"  sorted[k] = ring[at] = {signals[0]};\n"
+                "  n++;\n"
+                f"  m[0] = n; m[1] = (at + 1) % {n};\n"
+                f"  {name} = n % 2 ? sorted[n / 2] : 0.5 * (sorted[n / 2 - 1] + sorted[n / 2]); }}"
+            ),
+            size=2 + 2 * n,
+            rest="m[0] = m[1] = 0.0;",
+        )

@@ -7,12 +7,12 @@ from typing import Self
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array
 from smid.data import Dataset
-from smid.models import ModelError
 from smid.networks import ProgressCallback
-from smid.sensors.median import RunningMedian, centred_median, check_order, check_record
-from smid.sensors.sensor import Run, Samples, VirtualSensor, trained
+from smid.sensors.median import Median, check_order
+from smid.sensors.program import Program
+from smid.sensors.sensor import VirtualSensor, trained
+from smid.sensors.trained_on import TrainedOn
 
 __all__ = ["MedianFiltered"]
 
@@ -55,7 +55,7 @@ class MedianFiltered(VirtualSensor):
     @property
     def delay_ms(self) -> float:
         """Delay in milliseconds; the sensor must be trained."""
-        return 1e3 * self.delay * trained(self.sampling_time, self)
+        return 1e3 * self.delay * trained(self.trained_on, self).sampling_time
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -68,9 +68,14 @@ class MedianFiltered(VirtualSensor):
         return self.sensor.n_parameters
 
     @property
-    def sampling_time(self) -> float | None:
-        """Of the records that trained the sensor, in seconds."""
-        return self.sensor.sampling_time
+    def output(self) -> str:
+        """That of the sensor."""
+        return self.sensor.output
+
+    @property
+    def trained_on(self) -> TrainedOn | None:
+        """The records that trained the sensor."""
+        return self.sensor.trained_on
 
     def fit(
         self,
@@ -83,28 +88,7 @@ class MedianFiltered(VirtualSensor):
         """Return this sensor, trained; see `VirtualSensor.fit`."""
         return replace(self, sensor=self.sensor.fit(data, seed=seed, starts=starts, progress=progress))
 
-    def run(self) -> Run:
-        """Return the sensor at rest; see `VirtualSensor.run`."""
-        if not self.causal:
-            raise ModelError("a centred median needs future samples: take causal=True, which has a delay")
-        return _Run(self.sensor.run(), RunningMedian(self.order))
-
-    def evaluate(self, samples: Samples) -> Array:
-        """Return the filtered positions of a whole record; see `VirtualSensor.evaluate`."""
-        if not self.causal:
-            return centred_median(self.sensor.evaluate(samples), self.order)
-        check_record(next(iter(samples.values())).size, self.order)
-        return super().evaluate(samples)
-
-    def cautions(self, samples: Samples) -> tuple[str, ...]:
-        """Return the warnings of the sensor."""
-        return self.sensor.cautions(samples)
-
-
-@dataclass(frozen=True, eq=False)
-class _Run:
-    inner: Run
-    median: RunningMedian
-
-    def advance(self, samples: Samples) -> Array:
-        return np.array([self.median.update(x) for x in self.inner.advance(samples).tolist()])
+    def program(self) -> Program:
+        """Return the steps of the sensor, then the median; see `VirtualSensor.program`."""
+        inner = self.sensor.program()
+        return inner.then(Median(self.order, self.causal), inner.output)

@@ -17,14 +17,17 @@ Reference: Brokate, Sprekels, "Hysteresis and Phase Transitions" (1996), chapter
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from relaxations.algebra.arrays import Array
+from smid.sensors.program import Block, Code
+from smid.sensors.ranges import Range
 
-__all__ = ["Play", "play"]
+__all__ = ["Play", "Pushed", "play"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,3 +76,55 @@ def play(signal: Array, threshold: float, before: float) -> Play:
     side = np.where(position == signal + threshold, 1.0, np.where(position == signal - threshold, -1.0, 0.0))
     contact = np.maximum.accumulate(np.where(side != 0.0, np.arange(signal.size), 0))
     return Play(position, contact, side[contact])
+
+
+@dataclass(frozen=True)
+class Pushed(Block):
+    """The position of the pushed part.
+
+    Parameters
+    ----------
+    threshold
+        Half the slack, in the unit of the signal.
+    """
+
+    threshold: float
+
+    def rest(self, first: Sequence[Array]) -> Array:
+        """Return the middle of the slack; see `Block.rest`."""
+        return np.atleast_1d(first[0])
+
+    def advance(self, signals: Sequence[Array], memory: Array) -> tuple[Array, Array]:
+        """Return the positions; see `Block.advance`."""
+        position = play(signals[0], self.threshold, float(memory[0])).position
+        return position, position[-1:]
+
+    def enclose(self, signals: Sequence[Range], memory: Range, cells: int) -> tuple[Range, Range]:  # noqa: ARG002
+        """Return the range; it rises with the signal and with the memory; see `Block.enclose`."""
+
+        def clipped(before: Array, s: Array) -> Array:
+            return np.clip(before, s - self.threshold, s + self.threshold)
+
+        found = Range(clipped(memory.lower[0], signals[0].lower), clipped(memory.upper[0], signals[0].upper))
+        # The two sums of the clip are rounded.
+        slack = np.spacing(np.abs(signals[0].lower) + np.abs(signals[0].upper) + self.threshold)
+        moved = Range(found.lower - slack, found.upper + slack)
+        found = Range(
+            np.where(found.lower == memory.lower[0], found.lower, moved.lower),
+            np.where(found.upper == memory.upper[0], found.upper, moved.upper),
+        )
+        return found, found[None]
+
+    def code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the two clips; see `Block.code`."""
+        s, r = signals[0], repr(self.threshold)
+        return Code(
+            update=(
+                f"{name} = m[0];\n"
+                f"if ({name} < {s} - {r}) {name} = {s} - {r};\n"
+                f"if ({name} > {s} + {r}) {name} = {s} + {r};\n"
+                f"m[0] = {name};"
+            ),
+            size=1,
+            rest=f"m[0] = {s};",
+        )

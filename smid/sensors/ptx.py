@@ -22,14 +22,16 @@ from typing import Self
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.models import ModelError
 from smid.networks import ProgressCallback, TanhNetwork, weight_count
-from smid.sensors.lag import lag
-from smid.sensors.ptx_dynamics import Dynamics, Memory
+from smid.sensors.curve import NetworkBlock
+from smid.sensors.play import Pushed
+from smid.sensors.program import Program
+from smid.sensors.ptx_dynamics import Acting, Dynamics
 from smid.sensors.ptx_training import SCHEDULED, train_ptx
-from smid.sensors.sensor import Run, Samples, VirtualSensor, require_training_data, trained
+from smid.sensors.sensor import VirtualSensor, require_training_data, trained
+from smid.sensors.trained_on import TrainedOn
 
 __all__ = ["PTX"]
 
@@ -44,12 +46,12 @@ class PTX(VirtualSensor):
         Neurons of each hidden layer.
     plays
         Number of play operators.
+    pressure, output
+        Names of the channels.
+    temperature
+        Name of a channel; None for a sensor without temperature, which has three parameters fewer.
     dynamics, network
-        None before training; the network, from bar to mm, is the static curve at 20 degC.
-    temperature_range
-        Lowest and highest temperature of the training records, in degC.
-    sampling_time
-        Of the training records, in seconds.
+        None before training; the network is the static curve at the middle of the trained temperatures.
 
     Raises
     ------
@@ -64,10 +66,12 @@ class PTX(VirtualSensor):
 
     hidden: tuple[int, ...] = (6,)
     plays: int = 2
+    pressure: str = "pressure"
+    temperature: str | None = "temperature"
+    output: str = "position"
     dynamics: Dynamics | None = None
     network: TanhNetwork | None = None
-    temperature_range: tuple[float, float] | None = None
-    sampling_time: float | None = None
+    trained_on: TrainedOn | None = None
 
     def __post_init__(self) -> None:
         if self.plays < 0:
@@ -75,13 +79,14 @@ class PTX(VirtualSensor):
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Pressure and temperature."""
-        return ("pressure", "temperature")
+        """The pressure, and the temperature if there is one."""
+        return (self.pressure,) if self.temperature is None else (self.pressure, self.temperature)
 
     @property
     def n_parameters(self) -> int:
         """Two time constants, three slopes, a threshold and a force per play, weights and biases."""
-        return SCHEDULED + 2 * self.plays + weight_count((1, *self.hidden))
+        scheduled = SCHEDULED - 3 * (self.temperature is None)
+        return scheduled + 2 * self.plays + weight_count((1, *self.hidden))
 
     def fit(
         self,
@@ -92,46 +97,22 @@ class PTX(VirtualSensor):
         progress: ProgressCallback | None = None,
     ) -> Self:
         """Return this sensor, trained on records of two temperatures or more; see `VirtualSensor.fit`."""
-        require_training_data(data, self.channels)
-        dynamics, network = train_ptx(data, self.hidden, self.plays, seed=seed, starts=starts, progress=progress)
-        temperature = data.stacked("temperature")
-        return replace(
-            self,
-            dynamics=dynamics,
-            network=network,
-            temperature_range=(float(temperature.min()), float(temperature.max())),
-            sampling_time=data.sampling_time,
+        require_training_data(data, self.channels, self.output)
+        dynamics, network = train_ptx(
+            data, self.channels, self.output, self.hidden, self.plays, seed=seed, starts=starts, progress=progress
         )
+        told = TrainedOn.of(data, self.channels, self.output)
+        return replace(self, dynamics=dynamics, network=network, trained_on=told)
 
-    def run(self) -> Run:
-        """Return the sensor at rest; see `VirtualSensor.run`."""
-        return _Run(trained(self.dynamics, self), trained(self.network, self), trained(self.sampling_time, self))
-
-    def cautions(self, samples: Samples) -> tuple[str, ...]:
-        """Return a warning where the temperature is outside the range of the training."""
-        low, high = trained(self.temperature_range, self)
-        coldest, warmest = float(samples["temperature"].min()), float(samples["temperature"].max())
-        if low <= coldest and warmest <= high:
-            return ()
-        reached = f"{coldest:g}" if coldest == warmest else f"{coldest:g} to {warmest:g}"
-        return (f"temperature {reached} degC, but the sensor was trained from {low:g} to {high:g} degC: extrapolated",)
-
-
-class _Run:
-    def __init__(self, dynamics: Dynamics, network: TanhNetwork, sampling_time: float) -> None:
-        self._dynamics, self._network, self._interval = dynamics, network, sampling_time
-        self._memory: Memory | None = None
-        self._position: float | None = None
-
-    def advance(self, samples: Samples) -> Array:
-        pressure, temperature = samples["pressure"], samples["temperature"]
-        memory = self._memory or self._dynamics.rest(float(pressure[0]))
-        smoothed = self._dynamics.smooth(pressure, memory, self._interval)
-        plays = self._dynamics.push(smoothed, memory)
-        states = self._dynamics.states(smoothed, plays)
-        target = self._network(self._dynamics.acting(smoothed, states, temperature)[:, None])
-        before = float(target[0]) if self._position is None else self._position
-        position = lag(target, self._dynamics.lag_decay(temperature, self._interval), before)
-        self._memory = Memory(float(smoothed[-1]), tuple(float(p.position[-1]) for p in plays))
-        self._position = float(position[-1])
-        return position
+    def program(self) -> Program:
+        """Return lag, plays, curve and lag; see `VirtualSensor.program`."""
+        dynamics, interval = trained(self.dynamics, self), trained(self.trained_on, self).sampling_time
+        warmth = self.channels[1:]
+        program = Program().then(dynamics.smoothed(interval), self.pressure)
+        smoothed, pushed = program.output, list[str]()
+        for threshold in dynamics.thresholds:
+            program = program.then(Pushed(threshold), smoothed)
+            pushed.append(program.output)
+        program = program.then(Acting(dynamics), smoothed, *pushed, *warmth)
+        program = program.then(NetworkBlock(trained(self.network, self)), program.output)
+        return program.then(dynamics.lagged(interval), program.output, *warmth)

@@ -2,34 +2,28 @@
 
     s = lag of P, with the time constant tau_s                          less noise
     g_k = place of s within the slack of play k, in [-1, 1]             hysteresis
-    q = exp(c_1 (T - 20)) (s - sum_k w_k g_k) + c_2 (T - 20)            pressure with the same effect at 20 degC
-    tau(T) = tau_20 exp(-c_3 (T - 20))                                  slower oil when cold
+    q = exp(c_1 (T - T_0)) (s - sum_k w_k g_k) + c_2 (T - T_0)          pressure with the same effect at T_0
+    tau(T) = tau_0 exp(-c_3 (T - T_0))                                  slower oil when cold
 
-A pressure minus a sum of plays of positive forces is a Prandtl-Ishlinskii operator. A record starts at rest: pressure
-and position have been constant, and s is in the middle of every slack.
+T_0 is the middle of the trained temperatures. A pressure minus a sum of plays of positive forces is a
+Prandtl-Ishlinskii operator. A record starts at rest: pressure and position have been constant, and s is in the middle
+of every slack.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from smid.sensors.lag import lag
-from smid.sensors.play import Play, play
+from relaxations.algebra.ball_arithmetic import Balls
+from smid.sensors.lag import Lag
+from smid.sensors.program import Block, Code
+from smid.sensors.ranges import Range
 
-__all__ = ["REFERENCE", "Dynamics", "Memory"]
-
-REFERENCE = 20.0  # degC
-
-
-@dataclass(frozen=True)
-class Memory:
-    """The state between blocks of samples, in bar: the smoothed pressure, and the position of each pushed part."""
-
-    smoothed: float
-    pushed: tuple[float, ...]
+__all__ = ["Acting", "Dynamics"]
 
 
 @dataclass(frozen=True)
@@ -41,17 +35,19 @@ class Dynamics:
     smoothing
         Time constant of the pressure, in seconds.
     lag
-        Time constant of the position at 20 degC, in seconds.
+        Time constant of the position at the reference temperature, in seconds.
     lag_slope
-        Relative fall of the lag per degC, in 1/degC.
+        Relative fall of the lag per degree.
     gain_slope
-        Relative rise of the gain per degC, in 1/degC.
+        Relative rise of the gain per degree.
     shift_slope
-        Shift of the pressure per degC, in bar/degC.
+        Shift of the pressure per degree.
     thresholds
-        Of the plays, in bar.
+        Of the plays, in the unit of the pressure.
     forces
-        Friction of each play while the pressure rises, in bar.
+        Friction of each play while the pressure rises, in the unit of the pressure.
+    reference
+        The reference temperature; 0 without a temperature.
     """
 
     smoothing: float
@@ -61,38 +57,81 @@ class Dynamics:
     shift_slope: float
     thresholds: tuple[float, ...]
     forces: tuple[float, ...]
+    reference: float
 
-    def rest(self, pressure: float) -> Memory:
-        """Return the memory of a plant at rest at a pressure."""
-        return Memory(pressure, (pressure,) * len(self.thresholds))
+    def smoothed(self, sampling_time: float) -> Lag:
+        """Return the lag of the pressure."""
+        return Lag(self.smoothing, sampling_time)
 
-    def smooth(self, pressure: Array, memory: Memory, sampling_time: float) -> Array:
-        """Return the smoothed pressure, shape (n,) in bar."""
-        decay = np.full(pressure.size, self.smoothing_decay(sampling_time))
-        return lag(pressure, decay, memory.smoothed)
+    def lagged(self, sampling_time: float) -> Lag:
+        """Return the lag of the position."""
+        return Lag(self.lag, sampling_time, self.lag_slope, self.reference)
 
-    def push(self, smoothed: Array, memory: Memory) -> list[Play]:
-        """Return the response of each play to the smoothed pressure."""
-        return [play(smoothed, r, before) for r, before in zip(self.thresholds, memory.pushed, strict=True)]
+    def acting(self, smoothed: Array, pushed: Sequence[Array], temperature: Array) -> Array:
+        """Return the pressure with the same effect at the reference and without friction, shape (n,)."""
+        friction = np.zeros(smoothed.size)
+        for w, g in zip(self.forces, self.states(smoothed, pushed), strict=True):
+            friction = friction + w * g
+        warmth = temperature - self.reference
+        return np.asarray(self.gain(temperature) * (smoothed - friction) + self.shift_slope * warmth)
 
-    def acting(self, smoothed: Array, states: list[Array], temperature: Array) -> Array:
-        """Return the pressure with the same effect at 20 degC and without friction, shape (n,) in bar."""
-        friction = sum((w * g for w, g in zip(self.forces, states, strict=True)), np.zeros(smoothed.size))
-        return self.gain(temperature) * (smoothed - friction) + self.shift_slope * (temperature - REFERENCE)
-
-    def states(self, smoothed: Array, plays: list[Play]) -> list[Array]:
+    def states(self, smoothed: Array, pushed: Sequence[Array]) -> list[Array]:
         """Return the place of the pressure within the slack of each play, from -1 to 1."""
-        return [(smoothed - p.position) / r for p, r in zip(plays, self.thresholds, strict=True)]
+        return [(smoothed - h) / r for h, r in zip(pushed, self.thresholds, strict=True)]
 
     def gain(self, temperature: Array) -> Array:
         """Return the factor of the pressure at each temperature."""
-        return np.asarray(np.exp(self.gain_slope * (temperature - REFERENCE)))
+        return np.asarray(np.exp(self.gain_slope * (temperature - self.reference)))
 
-    def smoothing_decay(self, sampling_time: float) -> float:
-        """Return the pole of the smoothing."""
-        return float(np.exp(-sampling_time / self.smoothing))
 
-    def lag_decay(self, temperature: Array, sampling_time: float) -> Array:
-        """Return the pole of the lag at each temperature."""
-        tau = self.lag * np.exp(-self.lag_slope * (temperature - REFERENCE))
-        return np.asarray(np.exp(-sampling_time / tau))
+@dataclass(frozen=True)
+class Acting(Block):
+    """The pressure with the same effect at the reference temperature and without friction.
+
+    It reads the smoothed pressure, each pushed part, and the temperature if there is one.
+    """
+
+    dynamics: Dynamics
+
+    def rest(self, first: Sequence[Array]) -> Array:  # noqa: ARG002
+        """Return no memory; see `Block.rest`."""
+        return np.zeros(0)
+
+    def advance(self, signals: Sequence[Array], memory: Array) -> tuple[Array, Array]:
+        """Return the pressures; see `Block.advance`."""
+        smoothed, *others = signals
+        pushed = others[: len(self.dynamics.thresholds)]
+        warmth = others[-1] if len(others) > len(pushed) else np.full(smoothed.size, self.dynamics.reference)
+        return self.dynamics.acting(smoothed, pushed, warmth), memory
+
+    def enclose(self, signals: Sequence[Range], memory: Range, cells: int) -> tuple[Range, Range]:  # noqa: ARG002
+        """Return the range, with each signal once: ``s (1 - sum_k w_k / r_k) + sum_k (w_k / r_k) h_k``."""
+        numbers, (smoothed, *others) = self.dynamics, signals
+        plays = list(zip(numbers.forces, numbers.thresholds, others, strict=False))
+        share, pushed = Balls.exact(1.0), Balls.exact(0.0)
+        for w, r, h in plays:
+            part = Balls.exact(w) / Balls.exact(r)
+            share, pushed = share - part, pushed + part * h.balls
+        free = Range.of(share * smoothed.balls + pushed)
+        # The friction of a play does not exceed its force.
+        most = sum(numbers.forces) * (1.0 + 1e-14)
+        free = free.meet(Range.of(smoothed.balls + Balls(np.asarray(0.0), np.asarray(most))))
+        if len(others) == len(plays):
+            return free, memory
+        warmth = others[-1].balls - Balls.exact(numbers.reference)
+        gain = Range.of(Balls.exact(numbers.gain_slope) * warmth).exp().balls
+        return Range.of(gain * free.balls + Balls.exact(numbers.shift_slope) * warmth), memory
+
+    def code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the formula; see `Block.code`."""
+        numbers, (s, *others) = self.dynamics, signals
+        friction = "0.0"
+        for w, r, h in zip(numbers.forces, numbers.thresholds, others, strict=False):
+            friction = f"{friction} + {w!r} * (({s} - {h}) / {r!r})"
+        free = f"{s} - ({friction})"
+        if len(others) == len(numbers.thresholds):
+            return Code(update=f"{name} = {free};")
+        warmth = f"({others[-1]} - ({numbers.reference!r}))"
+        return Code(
+            update=f"{name} = exp({numbers.gain_slope!r} * {warmth}) * ({free}) + {numbers.shift_slope!r} * {warmth};"
+        )

@@ -1,9 +1,10 @@
 """Training of PTX: all parameters at once, by least squares with analytic sensitivities.
 
-    theta = (log tau_s, log tau_20, c_3 R, c_1 R, c_2 R / S, log r_k, log w_k, weights)
+    theta = (log tau_s, log tau_0, c_3 R, c_1 R, c_2 R / S, log r_k, log w_k, weights)
 
-R and S are half the ranges of temperature and pressure. The logarithms keep time constants, thresholds and forces
-positive, so that friction opposes motion and two plays cannot cancel each other.
+R and S are half the ranges of temperature and pressure. Without a temperature the three c have no effect and stay 0.
+The logarithms keep time constants, thresholds and forces positive, so that friction opposes motion and two plays cannot
+cancel each other.
 
 With s' the derivative of the smoothed pressure, the plays have ``h' = s'(last contact) + side r'`` and
 ``g' = (s' - h' - g r') / r`` (`play`), the network adds ``df/dq q'``, and the lag filters the whole Jacobian (`lag`).
@@ -37,7 +38,8 @@ from smid.networks import (
     sum_normal_equations,
 )
 from smid.sensors.lag import lag, lag_derivatives
-from smid.sensors.ptx_dynamics import REFERENCE, Dynamics
+from smid.sensors.play import Play, play
+from smid.sensors.ptx_dynamics import Dynamics
 
 __all__ = ["PTXError", "Record", "train_ptx"]
 
@@ -78,8 +80,8 @@ class PTXError:
         Number of play operators.
     scaling
         Of the pressure.
-    warmth
-        Half the range of the temperature, in degC.
+    reference, warmth
+        Centre and half the range of the temperature.
     sampling_time
         In seconds.
     """
@@ -88,17 +90,27 @@ class PTXError:
     plays: int
     records: tuple[Record, ...]
     scaling: Scaling
+    reference: float
     warmth: float
     sampling_time: float
 
     def dynamics(self, theta: Array) -> Dynamics:
         """Return the dynamics of a parameter vector."""
         m, unit = self.plays, float(self.scaling.half_range[0])
-        smoothing, lag_20 = np.exp(theta[:2]).tolist()
+        smoothing, lag_0 = np.exp(theta[:2]).tolist()
         lag_slope, gain_slope, shift_slope = (theta[2:SCHEDULED] / self.warmth).tolist()
         thresholds = np.exp(theta[SCHEDULED : SCHEDULED + m]).tolist()
         forces = np.exp(theta[SCHEDULED + m : SCHEDULED + 2 * m]).tolist()
-        return Dynamics(smoothing, lag_20, lag_slope, gain_slope, unit * shift_slope, tuple(thresholds), tuple(forces))
+        return Dynamics(
+            smoothing,
+            lag_0,
+            lag_slope,
+            gain_slope,
+            unit * shift_slope,
+            tuple(thresholds),
+            tuple(forces),
+            self.reference,
+        )
 
     def network(self, theta: Array) -> TanhNetwork:
         """Return the network, of scaled inputs, of a parameter vector."""
@@ -115,12 +127,17 @@ class PTXError:
     def positions(self, theta: Array, record: Record) -> Array:
         """Return the scaled positions, shape (n,)."""
         dynamics = self.dynamics(theta)
-        memory = dynamics.rest(float(record.pressure[0]))
-        smoothed = dynamics.smooth(record.pressure, memory, self.sampling_time)
-        states = dynamics.states(smoothed, dynamics.push(smoothed, memory))
-        acting = dynamics.acting(smoothed, states, record.temperature)
+        smoothed, plays = self._pushed(dynamics, record)
+        acting = dynamics.acting(smoothed, [p.position for p in plays], record.temperature)
         target = self.network(theta)(self.scaling.apply(acting[:, None]))
-        return lag(target, dynamics.lag_decay(record.temperature, self.sampling_time), float(target[0]))
+        return lag(target, dynamics.lagged(self.sampling_time).pole(record.temperature), float(target[0]))
+
+    def _pushed(self, dynamics: Dynamics, record: Record) -> tuple[Array, list[Play]]:
+        """Return the smoothed pressure and the plays, from rest."""
+        first, n = float(record.pressure[0]), record.pressure.size
+        pole = dynamics.smoothed(self.sampling_time).pole(np.full(n, 0.0))
+        smoothed = lag(record.pressure, pole, first)
+        return smoothed, [play(smoothed, r, first) for r in dynamics.thresholds]
 
     def normal_equations(self, theta: Array) -> NormalEquations:
         """Return the normal equations of the samples that count."""
@@ -136,34 +153,33 @@ class PTXError:
         # The smoothed pressure and its derivative by log tau_s.
         dynamics, m, interval = self.dynamics(theta), self.plays, self.sampling_time
         pressure, n = record.pressure, record.pressure.size
-        memory = dynamics.rest(float(pressure[0]))
-        smoothed = dynamics.smooth(pressure, memory, interval)
-        decay = dynamics.smoothing_decay(interval)
+        smoothed, plays = self._pushed(dynamics, record)
+        decay = float(dynamics.smoothed(interval).pole(np.asarray(0.0)))
         # d exp(-T / tau) / d log tau = exp(-T / tau) T / tau
         gain = decay * interval / dynamics.smoothing
-        before = np.concatenate([[memory.smoothed], smoothed[:-1]])
+        before = np.concatenate([pressure[:1], smoothed[:-1]])
         by_smoothing = lag_derivatives((gain * (before - pressure))[None, :], np.full(n, decay))[0]
 
         # The network's input, and the derivatives of the network's output.
-        plays = dynamics.push(smoothed, memory)
-        states, unit = dynamics.states(smoothed, plays), self.scaling.half_range[0]
-        acting = dynamics.acting(smoothed, states, record.temperature)
+        pushed = [p.position for p in plays]
+        states, unit = dynamics.states(smoothed, pushed), self.scaling.half_range[0]
+        acting = dynamics.acting(smoothed, pushed, record.temperature)
         part = self.network(theta).linearise(self.scaling.apply(acting[:, None]))
-        by_acting, warmth = part.by_inputs[:, 0] / unit, record.temperature - REFERENCE
+        by_acting, warmth = part.by_inputs[:, 0] / unit, record.temperature - self.reference
         by_pressure = by_acting * dynamics.gain(record.temperature)
         sources = np.zeros((theta.size, n))
         sources[0] = by_pressure * by_smoothing
         sources[3] = by_acting * (acting - dynamics.shift_slope * warmth) * warmth / self.warmth
         sources[4] = by_acting * unit * warmth / self.warmth
         for k, (moved, r, w) in enumerate(zip(plays, dynamics.thresholds, dynamics.forces, strict=True)):
-            pushed = np.where(moved.side != 0.0, by_smoothing[moved.contact], 0.0)
-            sources[0] -= by_pressure * w * (by_smoothing - pushed) / r
+            moving = np.where(moved.side != 0.0, by_smoothing[moved.contact], 0.0)
+            sources[0] -= by_pressure * w * (by_smoothing - moving) / r
             sources[SCHEDULED + k] = by_pressure * w * (moved.side + states[k])
             sources[SCHEDULED + m + k] = -by_pressure * w * states[k]
         sources[SCHEDULED + 2 * m :] = part.by_weights.T
 
         # The lag filters all derivatives; its own two parameters act through the pole.
-        decays = dynamics.lag_decay(record.temperature, interval)
+        decays = dynamics.lagged(interval).pole(record.temperature)
         position = lag(part.outputs, decays, float(part.outputs[0]))
         behind = np.concatenate([part.outputs[:1], position[:-1]]) - part.outputs
         tau = dynamics.lag * np.exp(-dynamics.lag_slope * warmth)
@@ -177,6 +193,8 @@ class PTXError:
 
 def train_ptx(
     data: Dataset,
+    channels: tuple[str, ...],
+    output: str,
     hidden: tuple[int, ...],
     plays: int,
     *,
@@ -184,7 +202,12 @@ def train_ptx(
     starts: int,
     progress: ProgressCallback | None = None,
 ) -> tuple[Dynamics, TanhNetwork]:
-    """Return the trained dynamics and network, from bar to mm, of a PTX.
+    """Return the trained dynamics and network of a PTX.
+
+    Parameters
+    ----------
+    channels
+        The pressure, and the temperature if there is one.
 
     Raises
     ------
@@ -198,13 +221,16 @@ def train_ptx(
     # Scale and split the samples.
     generator = np.random.default_rng(seed)
     sizes = (1, *hidden)
-    pressure, temperature, position = (data.stacked(name) for name in ("pressure", "temperature", "position"))
-    ranges = scaling_of(np.stack([pressure, temperature], axis=1), ["pressure", "temperature"])
-    output = scaling_of(position[:, None], ["position"])
-    inputs, warmth = Scaling(ranges.centre[:1], ranges.half_range[:1]), float(ranges.half_range[1])
+    position = data.stacked(output)
+    ranges = scaling_of(np.stack([data.stacked(name) for name in channels], axis=1), channels)
+    scaled = scaling_of(position[:, None], [output])
+    inputs = Scaling(ranges.centre[:1], ranges.half_range[:1])
+    reference, warmth = (float(ranges.centre[1]), float(ranges.half_range[1])) if len(channels) > 1 else (0.0, 1.0)
     split = random_split(position.size, generator)
     learning, checking = (
-        PTXError(sizes, plays, _records(data, output, rows), inputs, warmth, data.sampling_time)
+        PTXError(
+            sizes, plays, _records(data, channels, output, scaled, rows), inputs, reference, warmth, data.sampling_time
+        )
         for rows in (split.training, split.validation)
     )
     # Start from short time constants, small plays and random networks.
@@ -226,15 +252,19 @@ def train_ptx(
         patience=PATIENCE,
         progress=progress,
     )
-    return learning.dynamics(search.theta), fold(learning.network(search.theta), inputs, output)
+    return learning.dynamics(search.theta), fold(learning.network(search.theta), inputs, scaled)
 
 
-def _records(data: Dataset, output: Scaling, rows: NDArray[np.intp]) -> tuple[Record, ...]:
+def _records(
+    data: Dataset, channels: tuple[str, ...], output: str, scaled: Scaling, rows: NDArray[np.intp]
+) -> tuple[Record, ...]:
     """Return the records, each with its own among the row numbers, which count through all records."""
     result, begin = [], 0
     for run in data.experiments:
         mine = rows[(rows >= begin) & (rows < begin + run.n_samples)] - begin
-        target = output.apply(run.values["position"][:, None])[:, 0]
-        result.append(Record(run.values["pressure"], run.values["temperature"], target, mine))
+        target = scaled.apply(run.values[output][:, None])[:, 0]
+        pressure = run.values[channels[0]]
+        temperature = run.values[channels[1]] if len(channels) > 1 else np.zeros(run.n_samples)
+        result.append(Record(pressure, temperature, target, mine))
         begin += run.n_samples
     return tuple(result)

@@ -12,10 +12,12 @@ from typing import Self
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.networks import ProgressCallback, TanhNetwork, train, weight_count
-from smid.sensors.sensor import Run, Samples, VirtualSensor, require_training_data, trained
+from smid.sensors.curve import NetworkBlock
+from smid.sensors.program import Program
+from smid.sensors.sensor import VirtualSensor, require_training_data, trained
+from smid.sensors.trained_on import TrainedOn
 
 __all__ = ["PX"]
 
@@ -28,10 +30,10 @@ class PX(VirtualSensor):
     ----------
     hidden
         Neurons of each hidden layer.
+    pressure, output
+        Names of the channels.
     network
-        From bar to mm; None before training.
-    sampling_time
-        Of the training records, in seconds.
+        In the units of the channels; None before training.
 
     Examples
     --------
@@ -40,13 +42,15 @@ class PX(VirtualSensor):
     """
 
     hidden: tuple[int, ...] = (10,)
+    pressure: str = "pressure"
+    output: str = "position"
     network: TanhNetwork | None = None
-    sampling_time: float | None = None
+    trained_on: TrainedOn | None = None
 
     @property
     def channels(self) -> tuple[str, ...]:
         """The pressure."""
-        return ("pressure",)
+        return (self.pressure,)
 
     @property
     def n_parameters(self) -> int:
@@ -62,25 +66,18 @@ class PX(VirtualSensor):
         progress: ProgressCallback | None = None,
     ) -> Self:
         """Return this sensor, trained by Levenberg-Marquardt; see `VirtualSensor.fit`."""
-        require_training_data(data, self.channels)
+        require_training_data(data, self.channels, self.output)
         training = train(
-            data.stacked("pressure")[:, None],
-            data.stacked("position"),
+            data.stacked(self.pressure)[:, None],
+            data.stacked(self.output),
             hidden=self.hidden,
             seed=seed,
             starts=starts,
             progress=progress,
         )
-        return replace(self, network=training.network, sampling_time=data.sampling_time)
+        told = TrainedOn.of(data, self.channels, self.output)
+        return replace(self, network=training.network, trained_on=told)
 
-    def run(self) -> Run:
-        """Return the sensor; see `VirtualSensor.run`."""
-        return _Run(trained(self.network, self))
-
-
-@dataclass(frozen=True, eq=False)
-class _Run:
-    network: TanhNetwork
-
-    def advance(self, samples: Samples) -> Array:
-        return self.network(samples["pressure"][:, None])
+    def program(self) -> Program:
+        """Return the network; see `VirtualSensor.program`."""
+        return Program().then(NetworkBlock(trained(self.network, self)), self.pressure)

@@ -1,8 +1,8 @@
 """The interface of virtual sensors: fit to records, predict records, and run sample by sample.
 
-A sensor computes the position from channels that are measured in the application. `VirtualSensor.run` returns an object
-that takes blocks of samples and keeps the state between them. A record is one block, and a stream is made of blocks of
-one sample, so both give the same result to the last bit.
+A sensor computes an output, such as a position, from channels that are measured in the application. Its steps are a
+`smid.sensors.program.Program`: a record is one block of samples, and a stream is made of blocks of one sample, so both
+give the same result to the last bit.
 
 Reference: clutch thesis, chapter 5.
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Protocol, Self, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
@@ -22,26 +22,17 @@ from smid.data.gaps import require_complete
 from smid.models import ModelError
 from smid.networks import ProgressCallback
 from smid.sensors.prediction import Prediction
+from smid.sensors.program import Program, Samples
 from smid.sensors.stream import Stream
+from smid.sensors.trained_on import TrainedOn
 
-__all__ = ["Run", "Samples", "VirtualSensor", "require_channels", "require_training_data", "trained"]
+__all__ = ["VirtualSensor", "require_channels", "require_training_data", "trained"]
 
 T = TypeVar("T")
 
-Samples = Mapping[str, Array]
-"""Channel name to samples: current in mA, pressure in bar, temperature in degC, position in mm."""
-
-
-class Run(Protocol):
-    """A running sensor, with its state."""
-
-    def advance(self, samples: Samples) -> Array:
-        """Return the positions, shape (n,) in mm, of the next n samples."""
-        ...
-
 
 class VirtualSensor(ABC):
-    """A sensor of the position. It is frozen: `fit` returns another, trained sensor."""
+    """A sensor of an output that is not measured. It is frozen: `fit` returns another, trained sensor."""
 
     @property
     @abstractmethod
@@ -50,13 +41,18 @@ class VirtualSensor(ABC):
 
     @property
     @abstractmethod
+    def output(self) -> str:
+        """Name of the channel that it computes."""
+
+    @property
+    @abstractmethod
     def n_parameters(self) -> int:
         """Number of trained parameters."""
 
     @property
     @abstractmethod
-    def sampling_time(self) -> float | None:
-        """Of the training records, in seconds; None before training."""
+    def trained_on(self) -> TrainedOn | None:
+        """Names, units and ranges of the training records; None before training."""
 
     @abstractmethod
     def fit(
@@ -72,7 +68,7 @@ class VirtualSensor(ABC):
         Parameters
         ----------
         data
-            Records with the sensor's channels and the position.
+            Records with the sensor's channels and its output.
         seed
             Of the split and of the starts.
         starts
@@ -87,58 +83,70 @@ class VirtualSensor(ABC):
         """
 
     @abstractmethod
-    def run(self) -> Run:
-        """Return the sensor at rest, ready for samples.
+    def program(self) -> Program:
+        """Return the steps of the sensor.
 
         Raises
         ------
         ModelError
-            If it is not trained, or needs future samples.
+            If it is not trained.
         """
 
-    def evaluate(self, samples: Samples) -> Array:
-        """Return the positions, shape (n,) in mm, of a whole record."""
-        return self.run().advance(samples)
+    @property
+    def sampling_time(self) -> float | None:
+        """Of the training records, in seconds; None before training."""
+        return None if self.trained_on is None else self.trained_on.sampling_time
 
-    def cautions(self, samples: Samples) -> tuple[str, ...]:  # noqa: ARG002
-        """Return warnings about the answer to these samples."""
-        return ()
+    def evaluate(self, samples: Samples) -> Array:
+        """Return the output, shape (n,), of a whole record in the units of the training."""
+        program = self.program()
+        return program.advance(samples)[0][program.output]
 
     def predict(self, data: Dataset) -> Prediction:
-        """Return the computed position of every record; the measured position is not used.
+        """Return the computed output of every record; the measured output is not used.
 
         Raises
         ------
         DataError
-            If a channel is missing, or the sampling time is not that of the training.
+            If a channel is missing, a unit does not match, or the sampling time is not that of the training.
         ModelError
             If the sensor is not trained.
         """
-        sampling_time = trained(self.sampling_time, self)
+        told = trained(self.trained_on, self)
         require_channels(data, self.channels)
-        if not np.isclose(data.sampling_time, sampling_time, rtol=1e-6):
-            raise DataError(
-                f"the records have a sampling time of {data.sampling_time:g} s, those that trained the sensor "
-                f"{sampling_time:g} s: resample the records"
-            )
+        data, warnings = told.read(data)
         return Prediction(
+            output=told.output,
             records=tuple(run.name for run in data.experiments),
             position=tuple(self.evaluate(run.values) for run in data.experiments),
-            warnings=tuple(f"{run.name}: {said}" for run in data.experiments for said in self.cautions(run.values)),
+            warnings=(
+                *warnings,
+                *(f"{run.name}: {said}" for run in data.experiments for said in told.cautions(run.values)),
+            ),
         )
 
-    def stream(self) -> Stream:
+    def stream(self, *, units: Mapping[str, str] | None = None, state: Mapping[str, Any] | None = None) -> Stream:
         """Return the sensor for samples one by one; its answers equal those of `predict`.
+
+        Parameters
+        ----------
+        units
+            Of the samples by channel; by default those of the training.
+        state
+            Of an earlier stream of this sensor, see `Stream.state`.
 
         Raises
         ------
+        DataError
+            If a unit does not match, or the state is that of another sensor.
         ModelError
             If the sensor is not trained, or needs future samples.
         """
-        return Stream(self.run(), self.channels, trained(self.sampling_time, self), self.cautions)
+        told = trained(self.trained_on, self)
+        return Stream(self.program(), told, units or {}, state)
 
 
-def trained(value: T | None, sensor: VirtualSensor) -> T:
+def trained(value: T | None, sensor: object) -> T:
     """Return a trained value; raise a `ModelError` if it is None."""
     if value is None:
         raise ModelError(
@@ -158,10 +166,10 @@ def require_channels(data: Dataset, channels: tuple[str, ...]) -> None:
     require_complete(data, "a virtual sensor")
 
 
-def require_training_data(data: Dataset, channels: tuple[str, ...]) -> None:
-    """Raise a `DataError` if a channel or the position is missing or does not vary."""
-    require_channels(data, (*channels, "position"))
-    for channel in (*channels, "position"):
+def require_training_data(data: Dataset, channels: tuple[str, ...], output: str) -> None:
+    """Raise a `DataError` if a channel or the output is missing or does not vary."""
+    require_channels(data, (*channels, output))
+    for channel in (*channels, output):
         samples = data.stacked(channel)
         if np.ptp(samples) == 0:
             raise DataError(

@@ -23,7 +23,17 @@ from smid.hybrid import (
 )
 from smid.hybrid.hybrid_model import HYBRID, measure_instead, output_measurement
 from smid.models import ModelError, Reactor, signal, t
-from smid.sensors import CFPX, DeadZone, VirtualSensor, save_sensor, sensor_from_dict, sensor_to_dict
+from smid.sensors import (
+    CFPX,
+    Block,
+    DeadZone,
+    Program,
+    TrainedOn,
+    VirtualSensor,
+    save_sensor,
+    sensor_from_dict,
+    sensor_to_dict,
+)
 from smid.theses.hybrid.reactor import reactor_record
 
 
@@ -64,7 +74,8 @@ class StraightSensor(VirtualSensor):
     window: tuple[int, ...] = (1, 2)
     line: Line | None = None
     trace: np.ndarray | None = None
-    sampling_time: float | None = None
+    output: str = "position"
+    trained_on: TrainedOn | None = None
 
     @property
     def channels(self):
@@ -76,18 +87,26 @@ class StraightSensor(VirtualSensor):
 
     def fit(self, data, *, seed, starts=1, progress=None):  # noqa: ARG002
         slope, offset = np.polyfit(data.stacked("pressure"), data.stacked("position"), 1).tolist()
-        return replace(self, line=Line(slope, offset), trace=np.arange(3.0), sampling_time=data.sampling_time)
+        return replace(
+            self,
+            line=Line(slope, offset),
+            trace=np.arange(3.0),
+            trained_on=TrainedOn.of(data, self.channels, self.output),
+        )
 
-    def run(self):
-        return StraightRun(self.line)
+    def program(self):
+        return Program().then(StraightBlock(self.line), "pressure")
 
 
-@dataclass
-class StraightRun:
+@dataclass(frozen=True)
+class StraightBlock(Block):
     line: Line
 
-    def advance(self, samples):
-        return self.line.slope * samples["pressure"] + self.line.offset
+    def rest(self, first):  # noqa: ARG002
+        return np.zeros(0)
+
+    def advance(self, signals, memory):
+        return self.line.slope * signals[0] + self.line.offset, memory
 
 
 def test_the_analysis_knows_a_topology_of_another_package():

@@ -21,18 +21,19 @@ import smid
 from relaxations.algebra.intervals import Intervals
 from relaxations.formats.expressions import problem_of, variables
 from relaxations.search.minimum import minimise
-from smid.data import excitation
+from smid.data import Channel, excitation
 from smid.data.bundled import record_path
 from smid.design import InputFamily, d_optimal, fisher_information, shrinking_input
 from smid.diagnosis import Cause, CauseParameter, Fault, Rival
 from smid.display.result import Tabular, optional, plain
 from smid.hybrid import BackCouplings, CostSurface, HybridEstimate, required, series
 from smid.hybrid.estimate import ERRORS
+from smid.identification.dead_zone import DeadZoneThreshold
 from smid.identification.lowest_order import OrderStep
 from smid.models import Reactor
 from smid.networks import MultiStart, TanhNetwork, train
 from smid.recursive import Arx, NormalisedGradient, RecursiveSet, compare, gain_study
-from smid.sensors import CFPX, PTX, bound_error
+from smid.sensors import CFPX, PTX, bound_error, check_sensor, train_sensor, trained_range
 from smid.theses.clutch.overview import record_overview
 from smid.theses.clutch.sensor_study import (
     ErrorTable,
@@ -211,7 +212,10 @@ def clutch():
     data = overview.data.select(("20C_ramp_b",)).crop(0, 300)
     sensor = CFPX(3).fit(overview.data.select("20C_step_a"), seed=1)
     bounded = bound_error(sensor, data)
-    yield from (sensor.predict(data), bounded.predict(data))
+    yield from (sensor.predict(data), bounded.predict(data), check_sensor(bounded, data), trained_range(bounded))
+    yield train_sensor(overview.data.crop(0, 900), ["pressure"], "position", structures=["polynomial"])
+    zone = DeadZoneThreshold(Channel("u", "V"), Channel("y", "mm"), (1.0, 2.0), (0.0, 0.1), 0.05, 0.0, 40)
+    yield smid.DeadZones((zone,))
     errors = ErrorTable("RMSE in mm.", ("CPX", "PTX"), ("20C_step_b",), np.array([[0.2, 0.1]]))
     rows = (IntervalRow("20C_ramp_b", bounded.margin, 0.99, 0.4),)
     yield from (errors, table_5_3(), SingleSensorStudy(PTX(), {}, errors, errors), IntervalStudy(bounded, rows, data))

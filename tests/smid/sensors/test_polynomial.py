@@ -54,7 +54,7 @@ def test_the_error_falls_with_the_order():
 def test_beyond_the_range_the_end_is_held():
     data = load_clutch("20C_step_a")
     sensor = CFPX(100).fit(data, seed=1)
-    low, high = sensor.pressure_range
+    low, high = sensor.trained_on.inputs[0].lower, sensor.trained_on.inputs[0].upper
     said = sensor.evaluate({"pressure": np.array([low, high, low - 9.0, high + 9.0])})
     np.testing.assert_array_equal(said[:2], said[2:])
 

@@ -12,7 +12,7 @@ from smid.data import DataError, Dataset
 from smid.data.bundled import load_clutch
 from smid.models import ModelError
 from smid.networks import Scaling, TanhNetwork, weight_count
-from smid.sensors import CPX, PTX, MedianFiltered
+from smid.sensors import CPX, PTX, MedianFiltered, TrainedOn
 from smid.sensors.lag import lag, lag_derivatives
 from smid.sensors.play import play
 from smid.sensors.ptx_dynamics import Dynamics
@@ -70,7 +70,7 @@ def test_sensitivities_agree_with_finite_differences(plays, hidden, seed):
     pressure = np.cumsum(generator.normal(0, 2.0, n))
     temperature = 20 + 30 * np.sin(np.arange(n) / 20)
     record = Record(pressure, temperature, generator.normal(size=n), np.arange(n))
-    problem = PTXError(sizes, plays, (record,), Scaling(np.array([10.0]), np.array([15.0])), 40.0, 0.002)
+    problem = PTXError(sizes, plays, (record,), Scaling(np.array([10.0]), np.array([15.0])), 20.0, 40.0, 0.002)
     thresholds, forces = generator.uniform(0.3, 3, plays), generator.uniform(0.1, 2, plays)
     weights = generator.normal(size=weight_count(sizes))
     theta = np.concatenate([np.log([0.003, 0.006]), [0.3, 0.2, -0.1], np.log(thresholds), np.log(forces), weights])
@@ -89,10 +89,8 @@ def hysteretic(seed, temperatures=(-10.0, 40.0), n=1500):
     truth = PTX(
         hidden=(2,),
         plays=1,
-        dynamics=Dynamics(0.002, 0.005, 0.01, 0.003, 0.01, (1.5,), (1.2,)),
+        dynamics=Dynamics(0.002, 0.005, 0.01, 0.003, 0.01, (1.5,), (1.2,), 15.0),
         network=TanhNetwork((1, 2), np.array([0.2, -0.3, -1.5, 1.0, 2.0, -1.0, 2.0])),
-        temperature_range=(-10.0, 40.0),
-        sampling_time=0.002,
     )
     runs = []
     for k, temperature in enumerate(temperatures):
@@ -104,6 +102,7 @@ def hysteretic(seed, temperatures=(-10.0, 40.0), n=1500):
             name=f"run{k}",
             temperature=np.full(n, temperature),
         )
+        truth = replace(truth, trained_on=TrainedOn.of(data, ("pressure", "temperature"), "position"))
         position = truth.predict(data).position[0]
         run = data.experiments[0]
         runs.append(replace(run, values={**run.values, "position": position}))

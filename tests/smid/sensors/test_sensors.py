@@ -59,16 +59,19 @@ def test_a_stream_says_what_a_record_says(trained, name):
         for k in range(run.n_samples)
     ]
     assert [s.position for s in said] == sensor.predict(data).position[0].tolist()
-    assert all(bool(s.warnings) == (name == "PTX") for s in said)
+    assert all(s.lower == s.position == s.upper and not s.bridged for s in said)
+    assert all(any("temperature -20 degC" in w for w in s.warnings) == (name == "PTX") for s in said)
 
 
 @settings(max_examples=15, deadline=None)
 @given(cuts=st.lists(st.integers(1, 599), max_size=6), name=st.sampled_from(sorted(SENSORS)))
 def test_blocks_of_any_length_say_the_same(trained, cuts, name):
     sensor, run = trained[name], records("20C_step_b").experiments[0]
-    whole, parts = sensor.evaluate(run.values), sensor.run()
+    whole, program, memory, pieces = sensor.evaluate(run.values), sensor.program(), None, []
     ends = [0, *sorted(set(cuts)), run.n_samples]
-    pieces = [parts.advance({c: samples[a:b] for c, samples in run.values.items()}) for a, b in pairwise(ends)]
+    for a, b in pairwise(ends):
+        signals, memory = program.advance({c: samples[a:b] for c, samples in run.values.items()}, memory)
+        pieces.append(signals[program.output])
     assert np.concatenate(pieces).tolist() == whole.tolist()
 
 
@@ -160,8 +163,8 @@ def test_warm_up_samples_do_not_count():
 @pytest.mark.parametrize(
     ("times", "message"),
     [
-        ((0.0, 0.002, 0.002), "came after that of 0.002 s: give samples in the order"),
-        ((0.0, 0.004), "0.004 s between the samples"),
+        ((0.0, 0.002, 0.002), "came after that of 0.002 s: give samples in the order of time"),
+        ((0.0, 3.0), "1499 samples are lost between 0 s and 3 s, and at most 1000 are bridged"),
         ((0.0, 0.002, 0.0), "came after"),
         ((float("nan"),), "is not a finite time"),
     ],
@@ -178,8 +181,8 @@ def test_a_refused_sample_leaves_the_stream_as_it_was(trained):
     one, other = trained["PTX"].stream(), trained["PTX"].stream()
     for k, pressure in enumerate((1.0, 5.0, 9.0, 3.0)):
         sample = {"pressure": pressure, "temperature": 20.0}
-        with pytest.raises(DataError, match="pressure = nan at"):
-            other.update(0.002 * k, pressure=float("nan"), temperature=20.0)
+        with pytest.raises(DataError, match="pressure = inf at"):
+            other.update(0.002 * k, pressure=float("inf"), temperature=20.0)
         if k:
             with pytest.raises(DataError, match="came after"):
                 other.update(0.002 * (k - 1), **sample)
@@ -207,10 +210,16 @@ def test_too_few_samples(name):
 
 
 def test_files_that_hold_no_sensor(tmp_path):
-    unknown = '{"schema": "smid.sensor/1", "kind": "XYZ"}'
+    unknown = '{"schema": "smid.sensor/2", "kind": "XYZ"}'
     with pytest.raises(DataError, match="no file"):
         load(tmp_path / "none.json")
-    for text, message in (("{", "is not valid JSON"), ("[1]", "holds no result"), (unknown, "kind 'XYZ'")):
+    older = '{"schema": "smid.sensor/1", "kind": "CPX"}'
+    for text, message in (
+        (older, "reads smid.sensor/2: use the version of smid"),
+        ("{", "is not valid JSON"),
+        ("[1]", "holds no result"),
+        (unknown, "kind 'XYZ'"),
+    ):
         (tmp_path / "sensor.json").write_text(text)
         with pytest.raises(DataError, match=message):
             load(tmp_path / "sensor.json")

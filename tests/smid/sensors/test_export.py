@@ -1,0 +1,142 @@
+"""The exported C says what `predict` says, sample by sample, and certified ranges contain what a sensor says."""
+
+import shutil
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from smid.data import DataError
+from smid.data.bundled import load_clutch
+from smid.models import ModelError
+from smid.sensors import (
+    CFPX,
+    CPX,
+    PTX,
+    PX,
+    BoundedSensor,
+    DeadZone,
+    MedianFiltered,
+    bound_error,
+    export_c,
+    trained_range,
+)
+
+GCC = shutil.which("gcc") or shutil.which("cc")
+needs_compiler = pytest.mark.skipif(GCC is None, reason="no C compiler: install gcc")
+
+SENSORS = {
+    "CPX": CPX(hidden=(4,)),
+    "CPX of three channels": CPX(hidden=(3, 2), inputs=("current", "pressure", "temperature"), delays=(0, 3)),
+    "PX": PX(hidden=(3,)),
+    "CFPX": CFPX(order=12),
+    "CFPX of order 0": CFPX(order=0),
+    "PTX": PTX(hidden=(3,), plays=2),
+    "PTX without temperature": PTX(hidden=(3,), plays=1, temperature=None),
+    "PTX without plays": PTX(hidden=(2,), plays=0),
+    "median": MedianFiltered(CPX(hidden=(3,)), order=20, causal=True),
+    "dead zone": DeadZone(PX(hidden=(3,))),
+    "both": DeadZone(MedianFiltered(CFPX(order=5), order=7, causal=True)),
+}
+
+MAIN = """\
+#include "sensor.h"
+#include <stdio.h>
+int main(void) {
+  sensor_state state, saved;
+  double u[IN], y[OUT];
+  sensor_reset(&state);
+  for (long k = 0; fread(u, sizeof u, 1, stdin) == 1; k++) {
+    if (k % 100 == 50) { saved = state; double wild[IN] = {1e6}; sensor_update(&state, wild, y); state = saved; }
+    if (sensor_update(&state, u, y)) return 1;
+    fwrite(y, sizeof y, 1, stdout);
+  }
+  u[0] = 0.0 / 0.0;
+  return sensor_update(&state, u, y) ? 0 : 2;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def trained():
+    data = load_clutch(["20C_step_a", "60C_step_a"]).crop(1200, 1800)
+    return {name: bound_error(sensor.fit(data, seed=1, starts=1), data) for name, sensor in SENSORS.items()}
+
+
+def compiled(sensor, folder):
+    """Return a function that runs the exported C over samples of shape (n, inputs)."""
+    export_c(sensor, folder / "sensor.c")
+    inputs = len(sensor.trained_on.inputs)
+    outputs = 3 if isinstance(sensor, BoundedSensor) else 1
+    (folder / "main.c").write_text(MAIN.replace("IN]", f"{inputs}]").replace("OUT]", f"{outputs}]"))
+    flags = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O2"]
+    subprocess.run([GCC, *flags, "sensor.c", "main.c", "-o", "sensor", "-lm"], cwd=folder, check=True)
+
+    def run(samples):
+        found = subprocess.run([folder / "sensor"], input=samples.tobytes(), capture_output=True, check=True)
+        return np.frombuffer(found.stdout).reshape(-1, outputs)
+
+    return run
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", SENSORS)
+def test_c_says_what_predict_says(trained, name, tmp_path):
+    sensor = trained[name]
+    for record in ("20C_step_b", "60C_ramp_b"):
+        data = load_clutch(record).crop(0, 3000)
+        samples = np.stack([data.values(s.name) for s in sensor.trained_on.inputs], axis=1)
+        said = sensor.predict(data)
+        found = compiled(sensor, tmp_path)(samples)
+        expected = np.stack([said.position[0], said.lower[0], said.upper[0]], axis=1)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * max(1.0, np.abs(expected).max()))
+
+
+@needs_compiler
+def test_c_without_error_bound(trained, tmp_path):
+    sensor = trained["PTX"].sensor
+    data = load_clutch("m20C_step_c").crop(0, 1000)
+    samples = np.stack([data.values(name) for name in sensor.channels], axis=1)
+    np.testing.assert_allclose(
+        compiled(sensor, tmp_path)(samples)[:, 0], sensor.predict(data).position[0], rtol=0, atol=1e-11
+    )
+
+
+def test_what_c_cannot_hold(trained, tmp_path):
+    centred = MedianFiltered(trained["PX"].sensor, order=5)
+    with pytest.raises(ModelError, match="a centred median needs future samples: take causal=True"):
+        export_c(centred, tmp_path / "sensor.c")
+    with pytest.raises(ModelError, match="PX is not trained"):
+        export_c(PX(), tmp_path / "sensor.c")
+    with pytest.raises(DataError, match=r"ends in \.c"):
+        export_c(trained["PX"], tmp_path / "sensor.txt")
+    with pytest.raises(DataError, match="'2nd' cannot begin the name of a C function"):
+        export_c(trained["PX"], tmp_path / "2nd.c")
+    broken = replace(trained["CFPX"].sensor, coefficients=np.array([1.0, np.inf]))
+    with pytest.raises(ModelError, match="a number of the sensor is inf, which C cannot hold"):
+        export_c(broken, tmp_path / "sensor.c")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", SENSORS)
+def test_certified_ranges_contain_what_the_sensor_says(trained, name):
+    sensor = trained[name]
+    found = trained_range(sensor)
+    generator = np.random.default_rng(1)
+    told = sensor.trained_on
+    most = 0.0
+    for hold in (1, 5, 40, 400):
+        levels = {s.name: generator.uniform(s.lower, s.upper, 2000 // hold) for s in told.inputs}
+        ends = {s.name: generator.choice([s.lower, s.upper], 2000 // hold) for s in told.inputs}
+        for values in (levels, ends):
+            samples = {n: np.repeat(x, hold) for n, x in values.items()}
+            program = sensor.program()
+            signals, _ = program.advance(samples)
+            assert found.lower <= signals[program.output].min()
+            assert signals[program.output].max() <= found.upper
+            assert found.half_width[0] <= signals[program.half_width].min()
+            assert signals[program.half_width].max() <= found.half_width[1]
+            most = max(most, np.ptp(signals[program.output]))
+    assert found.upper - found.lower < 3.0 * most + 0.3
+    assert "Certified" in str(found)
