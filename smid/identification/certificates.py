@@ -13,7 +13,7 @@ from relaxations.check import bundle
 from relaxations.check.runs.read import is_run
 from relaxations.proof.certificate_file import write_content
 from smid.data import Dataset
-from smid.data.window import Window
+from smid.data.window import Window, whole
 from smid.models import Model
 from smid.verification.origin import origin_of, source_of
 from smid.verification.verify_run import statement_of
@@ -81,8 +81,7 @@ def write_certificates(
         origin = source_of(data, model.channels)
     elif bundle.is_bundle(first) or others:
         if others:
-            whole = [Window(e, 0, run.n_samples - 1) for e, run in enumerate(data.experiments)]
-            first = bundle_of(model, 0, [Round([ProvenPart(whole, contents)])])
+            first = bundle_of(model, 0, [Round([ProvenPart(whole(data), contents)])])
         origin = origin_of(model, data, bounds, windows) | {"outliers": outliers}
         if any(map(is_run, bundle.certificates(first))):
             origin["model"] = statement_of(model, data)

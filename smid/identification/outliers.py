@@ -26,8 +26,8 @@ from relaxations.algebra.arrays import Array, Mask
 from relaxations.deadline import STOPS, Progress, stopped_by
 from relaxations.search.enclosure import STOPPED, Enclosure, Reason, uninterrupted
 from smid.data import DataError, Dataset
-from smid.data.window import Window, cut_all
-from smid.feasible.template import Templates
+from smid.data.window import Window, part_of
+from smid.feasible.template import Templates, is_polynomial
 from smid.fitting.fit import Fitting
 from smid.identification.certificates import Content, ProvenPart, Round, bundle_of
 from smid.identification.encloser import (
@@ -166,7 +166,7 @@ class WithOutliers:
 
         ModelError if a parameter has none, or no certificate can hold the proof.
         """
-        part = cut_all(data, windows)
+        part = part_of(data, windows)
         encloser = self._encloser(self.model.bound(**box), part)
         found = encloser.enclose()
         contents: tuple[Content, ...] = ()
@@ -237,8 +237,10 @@ class WithOutliers:
 
     def _fits(self, parameters: Array) -> bool:
         """Return whether parameters are verified to fit all but the allowed outliers of each output."""
+        if not is_polynomial(self.model) or inputs_are_noisy(self.model):
+            return False
         templates = Templates.of(self.model)
-        if not suits(templates) or inputs_are_noisy(self.model):
+        if not suits(templates):
             return False
         values = {p.name: float(v) for p, v in zip(self.model.parameters, parameters, strict=True)}
         best = best_run(self.model, self._with_missing(self._spoilt_samples()), self.bounds, values)

@@ -17,7 +17,7 @@ from relaxations.check.read import document
 from relaxations.check.runs.read import document as document_of_run
 from relaxations.check.runs.read import is_run
 from smid.data import Dataset
-from smid.data.window import Window, cut_all
+from smid.data.window import Window, cut_all, part_of
 from smid.verification.implied import NotProvenError, check_implied, prior_of
 from smid.verification.origin import exact_samples
 from smid.verification.verify_run import check_statement
@@ -52,7 +52,7 @@ def _about(found: bundle.Document, outputs: set[str], data: Dataset) -> Iterator
         for kind, parts in (("part", one.parts), ("stretch", one.spoilt)):
             for k, part in enumerate(parts, start=1):
                 windows = [Window(w.experiment, w.first, w.last) for w in part.windows]
-                own = cut_all(_without(data, spoilt, outputs), _inside(windows, data))
+                own = part_of(_without(data, spoilt, outputs), _inside(windows, data))
                 for n, content in enumerate(part.certificates, start=1):
                     yield f"round {number}, {kind} {k}, certificate {n}", content, own
         spoilt += [Window(w.experiment, w.first, w.last) for part in one.spoilt for w in part.windows]

@@ -175,7 +175,10 @@ class _Walk:
             if not (step.sources or step.sides):
                 break
             passes.append(
-                {"rows": step.sources, "sides": [[s.unknown, s.sign, s.shift, sum(s.terms, ())] for s in step.sides]}
+                {
+                    "rows": [list(source) for source in step.sources],
+                    "sides": [[s.unknown, s.sign, s.shift, list(sum(s.terms, ()))] for s in step.sides],
+                }
             )
             empty = not contract(ends, step, known, "the box")
         return passes, empty
