@@ -26,7 +26,7 @@ Reference: Kailath, Linear Systems (1980), section 6.2 (matrix fraction descript
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -75,8 +75,10 @@ def _reduced(model: Model) -> tuple[Model, Mapping[str, int]]:
     # Put what has no memory and reads a hidden state in its place.
     lines = {line.signal: line.expression for line in plain.lines}
     static = {name: own for name, own in lines.items() if name not in plain.states and name not in shown}
-    behind = {name for name, own in static.items() if _reads(inlined(own, static), hidden)}
-    static = {name: own for name, own in static.items() if name in behind}
+    while missed := {name for name, own in static.items() if not _reads(own, hidden | static.keys())}:
+        static = {name: own for name, own in static.items() if name not in missed}
+    if _stay(lines, static, hidden, shown):
+        return plain, {}
     whole = {name: inlined(own, static) for name, own in lines.items() if name not in static}
     since = {name: max((lag for _, lag in references(own)), default=0) for name, own in whole.items()}
     found = _eliminated({name: (own, since[name]) for name, own in whole.items()}, hidden)
@@ -84,6 +86,23 @@ def _reduced(model: Model) -> tuple[Model, Mapping[str, int]]:
         return plain, {}
     kept = tuple(Line(signal(name)[t], own) for name, (own, _) in found.items())
     return replace(plain, lines=kept), {name: first for name, (_, first) in found.items()}
+
+
+def _stay(
+    lines: Mapping[str, sympy.Expr], static: Mapping[str, sympy.Expr], hidden: frozenset[str], shown: set[str]
+) -> bool:
+    """Return whether the lines, one by one, show that no hidden state can be eliminated.
+
+    Kinks of kinks, put in the place of what reads them, would take sympy minutes to tell the same.
+    """
+    reached = hidden | static.keys()
+    atoms = [signal(n)[t - lag] for own in lines.values() for n, lag in sorted(references(own)) if n in reached]
+    curved = {name for name, own in lines.items() if not own.is_polynomial(*atoms)}
+    # What reads a curved line is curved; a measured signal that is not may show a state.
+    while more := {name for name, own in lines.items() if _reads(own, curved & static.keys())} - curved:
+        curved |= more
+    straight = [_Linear.of(inlined(lines[name], static), hidden) for name in shown & lines.keys() - curved]
+    return bool(curved) and not any(part is not None and part.shown for part in straight)
 
 
 def _eliminated(lines: _Lines, hidden: frozenset[str]) -> _Lines | None:
@@ -200,7 +219,7 @@ def _solved(lines: _Lines, name: str, state: str, lag: int, factor: sympy.Expr, 
     return found
 
 
-def _reads(expression: sympy.Expr, names: frozenset[str]) -> bool:
+def _reads(expression: sympy.Expr, names: Set[str]) -> bool:
     return any(name in names for name, _ in references(expression))
 
 
