@@ -147,7 +147,15 @@ def _parts(reader: Reader, value: Any, where: str) -> tuple[Part, ...]:
 
 
 def proven(found: Document) -> Claim:
-    """Return what a bundle proves; refuse one whose certificates or parts do not prove it, or that proves nothing."""
+    """Return what a bundle proves, as `claim_of`; refuse one that proves nothing beyond the stated box."""
+    claim = claim_of(found)
+    if claim.box == found.box and not claim.spoilt:
+        raise Refused("the file proves nothing beyond the stated box")
+    return claim
+
+
+def claim_of(found: Document) -> Claim:
+    """Return what a bundle proves; refuse one whose certificates or parts do not prove it."""
     box, spoilt = dict(found.box), list[Window]()
     for number, one in enumerate(found.rounds, start=1):
         if one.parts:
@@ -171,8 +179,6 @@ def proven(found: Document) -> Claim:
                 raise Refused(f"{here}: its certificates do not prove that no point fulfils them")
             if len(spoilt) > found.outliers:
                 return Claim(None, tuple(spoilt))
-    if box == found.box and not spoilt:
-        raise Refused("the file proves nothing beyond the stated box")
     return Claim(box, tuple(spoilt))
 
 

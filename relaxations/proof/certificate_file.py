@@ -122,7 +122,7 @@ def write_content(path: str | Path, content: Mapping[str, Any]) -> None:
     """
     try:
         if bundle.is_bundle(content):
-            bundle.proven(bundle.document(content))
+            bundle.claim_of(bundle.document(content))
         elif not is_run(content):
             check.theorems(content)
     except check.Refused as refusal:

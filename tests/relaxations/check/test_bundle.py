@@ -11,6 +11,8 @@ import pytest
 from relaxations import check
 from relaxations.check import bundle
 from relaxations.check.arithmetic import Refused, Unreadable
+from relaxations.errors import ProblemError
+from relaxations.proof.certificate_file import write_content
 
 BOX = (0, 8)
 
@@ -172,9 +174,14 @@ def test_what_is_no_bundle_is_unreadable(message):
         claim(forged(UNREADABLE[message]))
 
 
-def test_a_bundle_that_proves_nothing_is_refused():
+def test_a_bundle_that_proves_nothing_is_refused(tmp_path):
+    nothing = content(1, ([part(0, 9, certificate(0, 3)), part(10, 19, certificate(2, 8))], []))
     with pytest.raises(Refused, match="proves nothing beyond the stated box"):
-        claim(content(0, ([part(0, 9, certificate(0, 8))], [])))
+        claim(nothing)
+    # It may be written, as a certificate of the priors may.
+    write_content(tmp_path / "b.json", nothing)
+    with pytest.raises(ProblemError, match=r"round 1: parts > outliers left"):
+        write_content(tmp_path / "b.json", nothing | {"outliers": 2})
 
 
 def test_what_is_proven_holds_wherever_the_outliers_are():
