@@ -42,7 +42,7 @@ from smid.models.symbols import inlined, references, signal, t
 __all__ = ["first_instants", "without_hidden_states"]
 
 _Q = sympy.Symbol("q")
-_OPAQUE = (sympy.Function, sympy.NumberSymbol, sympy.Pow)  # what is no number of a field may be any other
+_OPAQUE = (sympy.Function, sympy.NumberSymbol, sympy.Pow)  # taken as symbols, apart from whole powers
 _Lines = dict[str, tuple[sympy.Expr, int]]  # by signal: the expression, and the first sample from which it holds
 
 
@@ -164,6 +164,7 @@ def _through(name: str, parts: Mapping[str, _Linear], since: Mapping[str, int]) 
     # The coefficients are elements of the field of quotients of parameters, in which sums are quick.
     factors = [factor for reader in (name, *behind) for factor in parts[reader].factors.values()]
     opaque = {part: sympy.Dummy() for factor in factors for part in factor.atoms(*_OPAQUE) if not _is_quotient(part)}
+    # A symbol more, because a field needs one.
     field = QQ.frac_field(*_symbols(factor.xreplace(opaque) for factor in factors), sympy.Dummy())
     ring = field.poly_ring(_Q)
     shift, known = ring.from_sympy(_Q), {dummy: part for part, dummy in opaque.items()}
