@@ -72,7 +72,7 @@ def channels_of(role: str, given: str | Sequence[str]) -> tuple[str, ...]:
     >>> channels_of("input", "u")
     ('u',)
     """
-    found = (given,) if isinstance(given, str) else tuple(given)
+    found: tuple[Any, ...] = tuple(given) if _is_list(given) else (given,)
     if not found:
         raise ModelError(f"{role} is an empty list: name at least one channel")
     for channel in found:
