@@ -73,16 +73,11 @@ def two_by_two(n: int) -> Known:
     """Make a record of two inputs and two outputs, each with two poles of its own."""
     rng = np.random.default_rng(0)
     u = _inputs(rng, 2, n)
-    truth = {"a1": -1.2, "a2": 0.5, "b1": 0.8, "b2": 0.4, "c1": -0.9, "c2": 0.3, "d1": -0.5, "d2": 1.0}
+    truth = {"a1_y1": -1.2, "a2_y1": 0.5, "b0_y1_u1": 0.8, "b0_y1_u2": 0.4}
+    truth |= {"a1_y2": -0.9, "a2_y2": 0.3, "b0_y2_u1": -0.5, "b0_y2_u2": 1.0}
     w = [lfilter([0, 1], [1, -1.2, 0.5], 0.8 * u[0] + 0.4 * u[1]), lfilter([0, 1], [1, -0.9, 0.3], u[1] - 0.5 * u[0])]
     y = np.array(w) + rng.uniform(-NOISE, NOISE, (2, n))
-    lines = [
-        "w1[t] = -a1*w1[t-1] - a2*w1[t-2] + b1*u1[t-1] + b2*u2[t-1]",
-        "w2[t] = -c1*w2[t-1] - c2*w2[t-2] + d1*u1[t-1] + d2*u2[t-1]",
-    ]
-    reach = {"a1": 2, "a2": 1, "c1": 2, "c2": 1}
-    box = {name: [-reach.get(name, 3), reach.get(name, 3)] for name in truth}
-    model = OwnModel(lines, {"y1": "w1", "y2": "w2"}, ["u1", "u2"], box)
+    model = OutputError(na=2, input=["u1", "u2"], output=["y1", "y2"], stable=True)
     return _known("two inputs, two outputs", model, dict(u1=u[0], u2=u[1]), dict(y1=y[0], y2=y[1]), truth)
 
 

@@ -13,9 +13,10 @@ The modules, from the bottom:
 - :mod:`relaxations.check.proof`: the steps, one after the other;
 - :mod:`relaxations.check.read`: the file and its limits;
 - :mod:`relaxations.check.report`: the printed report;
-- :mod:`relaxations.check.runs`: the same for certificates of another kind, which prove by enclosures of a model's run.
+- :mod:`relaxations.check.runs`: the same for certificates of another kind, which prove by enclosures of a model's run;
+- :mod:`relaxations.check.bundle`: certificates about parts of a record, of which some samples are outliers.
 
-The kernel consists of arithmetic, statement, rules and proof: only an error there can accept a false theorem.
+The kernel consists of arithmetic, statement, rules, proof and bundle: only an error there can accept a false theorem.
 :mod:`relaxations.proof.certificate_file` writes such files.
 """
 
@@ -24,7 +25,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from relaxations.check import runs
+from relaxations.check import bundle, runs
 from relaxations.check.arithmetic import Polynomial, Refused, Unreadable, value_range
 from relaxations.check.proof import conclusion
 from relaxations.check.read import FORMAT, VERSION, Document, document, read
@@ -144,7 +145,10 @@ def main(arguments: list[str]) -> int:
         return EXIT_ACCEPTED if arguments[:1] in (["-h"], ["--help"]) else EXIT_UNREADABLE
     try:
         content = read(arguments[0])
-        if is_run(content):
+        if bundle.is_bundle(content):
+            held = bundle.document(content)
+            lines = list(bundle.report(held, bundle.proven(held)))
+        elif is_run(content):
             run = document_of_run(content)
             lines = list(report_of_run(run, runs.proven(run)))
         else:

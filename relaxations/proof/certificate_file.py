@@ -17,6 +17,8 @@ import numpy as np
 from relaxations import check
 from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials
+from relaxations.check import bundle
+from relaxations.check.runs.read import is_run
 from relaxations.errors import ProblemError
 from relaxations.points.recognition import equality_multipliers, product_multipliers
 from relaxations.problem.problem import PolynomialProblem
@@ -83,11 +85,21 @@ def write_certificate(
     >>> -0.25 - 1e-6 < theorem.bound <= -0.25
     True
     """
+    write_content(path, content_of(problem, steps, kinks, origin))
+
+
+def content_of(
+    problem: PolynomialProblem,
+    steps: Sequence[Step],
+    kinks: Kinks | None = None,
+    origin: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """Return the content of a certificate, which is not checked yet; see `write_certificate`."""
     if not steps:
         raise ProblemError("there are no steps: nothing is proven beyond the box")
     places = _Places(problem, {name: k for k, name in enumerate(problem.names)}, [], kinks)
     written = [_step(step, places) for step in _until_empty(steps)]
-    document = {
+    return {
         "format": check.FORMAT,
         "version": check.VERSION,
         **({"origin": origin} if origin else {}),
@@ -96,14 +108,29 @@ def write_certificate(
         **({"cuts": places.cuts} if places.cuts else {}),
         "steps": written,
     }
+
+
+def write_content(path: str | Path, content: Mapping[str, Any]) -> None:
+    """Write a certificate or a bundle, once :mod:`relaxations.check` has accepted it.
+
+    A run certificate is written as it is: the checker's own arithmetic made it.
+
+    Raises
+    ------
+    ProblemError
+        When it is refused.
+    """
     try:
-        check.theorems(document)
+        if bundle.is_bundle(content):
+            bundle.claim_of(bundle.document(content))
+        elif not is_run(content):
+            check.theorems(content)
     except check.Refused as refusal:
         raise ProblemError(
             f"the steps do not prove what they claim ({refusal}): give each the objective that its certificate was "
             "made for (zero for an empty set), and the steps that contracted the box"
         ) from None
-    Path(path).write_text(json.dumps(document, separators=(",", ":")) + "\n", encoding="utf-8")
+    Path(path).write_text(json.dumps(content, separators=(",", ":")) + "\n", encoding="utf-8")
 
 
 # ---------------------------------------------------------------- steps

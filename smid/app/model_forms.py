@@ -50,8 +50,11 @@ class ModelField:
 
 _KINDS = {
     "int": "Whole number",
+    "int | Sequence[int]": "Whole number; for several outputs as in 2, 1",
+    "Orders": "Whole number; for several paths as in [1, 3], [2, 1]",
     "float": "Number",
     "float | None": "Number",
+    "float | Sequence[float]": "Number; for several inputs as in 1, 0.1",
     "bool": "yes",
     "Sequence[int]": "Whole numbers, as in 5, 4, 3",
     "Range | None": "Range, as in 0, 1",
@@ -96,10 +99,15 @@ def _text(value: Any) -> str:
     return ", ".join(map(str, value)) if isinstance(value, Sequence) else str(value)
 
 
-def asked_model(of: str, given: Mapping[str, str]) -> dict[str, Any]:
+def asked_model(of: str, given: Mapping[str, str], channels: Mapping[str, Sequence[str]] = {}) -> dict[str, Any]:
     """Return the fields of a model that differ from their defaults.
 
-    A field of the class is named ``Hammerstein.poles``, say, and a prior ``prior.stable``.
+    Parameters
+    ----------
+    given
+        A field of the class is named ``Hammerstein.poles``, say, and a prior ``prior.stable``.
+    channels
+        Of the record, as ``input`` and ``output``; they are stated where there are several.
 
     Raises
     ------
@@ -113,7 +121,8 @@ def asked_model(of: str, given: Mapping[str, str]) -> dict[str, Any]:
     """
     asked = [(f"{of}.{one.name}", one) for one in model_fields(of)]
     asked += [(f"prior.{one.name}", one) for one in prior_fields()]
-    found = {}
+    several = any(len(names) > 1 for names in channels.values())
+    found: dict[str, Any] = {role: list(names) for role, names in channels.items()} if several else {}
     for key, one in asked:
         text = given.get(key, "")
         if text == one.usual or (not text and one.kind != "yes"):

@@ -93,11 +93,17 @@ def _data(given: Fields, _: Collection[str]) -> str:
     return f"{imports}\n{_call('overview = smid.data.show', _path(given), **_reading(given))}\nprint(overview)"
 
 
-def _channels(given: Fields, _: Collection[str]) -> str:
+def _roles(given: Fields) -> dict[str, list[str]]:
+    """Return the channels of the record by their role."""
     roles: dict[str, list[str]] = {"input": [], "output": [], "further": []}
     for name, value in given.items():
         if name.startswith("role:") and value in roles:
             roles[value].append(name.removeprefix("role:"))
+    return roles
+
+
+def _channels(given: Fields, _: Collection[str]) -> str:
+    roles = _roles(given)
     if not roles["output"]:
         raise DataError("no channel is an output: choose one in the table")
     path = _path(given)
@@ -132,7 +138,9 @@ def _model(given: Fields, _: Collection[str]) -> str:
             "print(model)",
         ]
         return "\n".join(lines)
-    made = _call(f"smid.{given['class']}", **asked_model(given["class"], given))
+    roles = _roles(given)
+    channels = {role: [plain_name(name) for name in roles[role]] for role in ("input", "output") if roles[role]}
+    made = _call(f"smid.{given['class']}", **asked_model(given["class"], given, channels))
     return f"{_call('model = smid.bind', _Code(made), _Code('record'))}\nprint(model)"
 
 

@@ -59,6 +59,16 @@ def cut_all(data: Dataset, windows: Sequence[Window]) -> Dataset:
     return data.with_experiments(runs).with_n_init(0)
 
 
+def whole(data: Dataset) -> list[Window]:
+    """Return the windows that are all of a record."""
+    return [Window(e, 0, run.n_samples - 1) for e, run in enumerate(data.experiments)]
+
+
+def part_of(data: Dataset, windows: Sequence[Window]) -> Dataset:
+    """Return the windows of a record, as `cut_all` does; the record itself where they are all of it."""
+    return data if list(windows) == whole(data) else cut_all(data, windows)
+
+
 def windows_before(places: Index, length: int) -> tuple[Window, ...]:
     """Return windows that hold some samples, each with so many before it; those that meet are joined.
 

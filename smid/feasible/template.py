@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
@@ -26,6 +27,10 @@ from smid.models.hidden_states import first_instants, without_hidden_states
 from smid.models.symbols import VALUE, inlined, references, signal, t
 
 Reference = tuple[str, int]  # (signal or channel, lag)
+_NO_POLYNOMIAL = (
+    "the line of {name!r} is not a polynomial in its parameters, noises and samples: intervals need one; write it with "
+    "polynomials, Max, Min, Abs and sign, or give method='inversion'"
+)
 MOST_SUMMANDS = 24  # floats: over a thousand bits
 
 
@@ -297,6 +302,8 @@ def _template(
     # A parameter may stand for a quotient that cancels. With exponentials no quotient does, and the search for common
     # factors can exhaust the integers of the computer, which ends Python.
     if any(power.exp.is_negative for power in flat.atoms(sympy.Pow)) and not flat.has(sympy.Function):
+        if _keeps_denominator(flat):
+            raise NotPolynomialError(_NO_POLYNOMIAL.format(name=target))
         flat = sympy.cancel(flat)
     # The unknowns are the parameters that occur, and the latents.
     names = [*(p.name for p in model.parameters), *depths]
@@ -306,6 +313,24 @@ def _template(
     lags = [lag + depths.get(name, 0) for name, lag in (*data.values(), *latent.values())]
     terms = _terms(target, flat, unknowns, parameters, latent, data)
     return Template(target, terms, max([first, *lags]), defines)
+
+
+def _keeps_denominator(flat: sympy.Expr) -> bool:
+    """Return whether some quotients of an expression surely do not cancel, in a short time.
+
+    A polynomial stays one in each symbol if numbers are put in for the others.
+    """
+    powers = (power for power in flat.atoms(sympy.Pow) if power.exp.is_negative)
+    divisors = sorted({symbol for power in powers for symbol in power.base.free_symbols}, key=str)
+    for own in divisors:
+        numbers = {
+            other: sympy.Rational(2 * k + 101, k + 97)
+            for k, other in enumerate(sorted(flat.free_symbols - {own}, key=str))
+        }
+        with suppress(sympy.CoercionFailed, ZeroDivisionError, NotImplementedError):
+            if not sympy.QQ.frac_field(own).from_sympy(flat.xreplace(numbers)).denom.is_ground:
+                return True
+    return False
 
 
 def _terms(
@@ -332,10 +357,7 @@ def _terms(
                 f"put a parameter in its place, with the box ({np.nextafter(near, -np.inf)!s}, "
                 f"{np.nextafter(near, np.inf)!s})"
             ) from None
-        raise NotPolynomialError(
-            f"the line of {name!r} is not a polynomial in its parameters, noises and samples: intervals need one; "
-            "write it with polynomials, Max, Min, Abs and sign, or give method='inversion'"
-        ) from None
+        raise NotPolynomialError(_NO_POLYNOMIAL.format(name=name)) from None
     # Group the monomials by their unknowns; the rest of each is a product of samples.
     split = len(unknowns)
     grouped: dict[tuple[int, ...], list[tuple[Fraction, tuple[tuple[str, int, int], ...]]]] = {}

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
+
 from smid.data import DataError, Dataset
 from smid.data.dataset import check_dataset
 from smid.models import Model, ModelError
@@ -57,6 +60,10 @@ def bind(model: Model, data: Dataset) -> Model:
     return bound
 
 
+def _listed(names: Sequence[str]) -> str:
+    return f"[{', '.join(map(json.dumps, names))}]"
+
+
 def bind_whole(model: Model, data: Dataset) -> Model:
     """Return the model bound to data whose units and roles the user has stated.
 
@@ -70,6 +77,6 @@ def bind_whole(model: Model, data: Dataset) -> Model:
             if name not in model.channels:
                 raise ModelError(
                     f"the model does not have the channel {name!r} (it has {', '.join(model.channels)}): leave out the "
-                    f"{role} {name}, or take a model that has it"
+                    f"{role} {name}, or state all {role}s in the model, as in {role} = {_listed(given)}"
                 )
     return model

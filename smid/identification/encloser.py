@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from relaxations.deadline import Progress
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import relax
 from relaxations.proof.method import Cuts, Method
-from relaxations.proof.proof_steps import Kinks, Step
 from relaxations.search.enclosure import Enclosure, Interval, Reason
 from relaxations.search.interval_state import allowed_gap
 from relaxations.search.plan import Plan
@@ -59,14 +58,22 @@ class Enclosed:
     windows: tuple[Window, ...] = ()
 
 
+@dataclass(frozen=True)
+class Certified:
+    """What was found, and the contents of the certificates that prove it; none where the priors prove it."""
+
+    found: Enclosed
+    certificates: tuple[dict[str, Any], ...]
+
+
 class Encloser(Protocol):
     """Computes certified intervals of a feasible set. Its constructor refuses a wrong call before any work."""
 
     def enclose(self) -> Enclosed:
         """Return the intervals; where it is stopped, those proven so far."""
 
-    def proof(self) -> tuple[PolynomialProblem, Sequence[Step], Kinks | None]:
-        """Return the problem as a certificate file states it, the steps, and the kinks."""
+    def certified(self, found: Enclosed) -> Certified:
+        """Return what was found with the ends that certificates prove, and the contents of these certificates."""
 
     def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
         """Decide whether the interval centres are feasible; where not, return the nearest feasible point found."""

@@ -13,7 +13,6 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from relaxations.deadline import STOPS, limited
 from relaxations.proof.bounding import Emptiness
-from relaxations.proof.certificate_file import write_certificate
 from relaxations.proof.method import Cuts, Method, method_names
 from relaxations.search.enclosure import Interval, Reason
 from relaxations.search.plan import Plan
@@ -28,6 +27,7 @@ from smid.display.table import Table
 from smid.feasible.feasible_set import FeasibleSet, check_data, check_noise_bound
 from smid.feasible.template import is_polynomial
 from smid.fitting.binding import bind
+from smid.identification.certificates import write_certificates
 from smid.identification.encloser import Enclosed, Encloser, Settings
 from smid.identification.error_bound import ErrorBound, error_bound
 from smid.identification.estimate import CentreStatus, Estimate, ParameterInterval
@@ -39,7 +39,6 @@ from smid.identification.polynomial import Polynomial
 from smid.identification.separated import Separated, separate
 from smid.identification.windows.windowed import Windowed, has_windows
 from smid.models import Model, ModelError
-from smid.verification.origin import origin_of
 
 __all__ = ["METHODS", "EmptyFeasibleSetError", "identify"]
 
@@ -156,9 +155,9 @@ def identify(
     certificate
         File for the whole proof of the ends, or of an empty set: derived boxes, contractions and branches, as far as
         anything beyond the priors was proven. It is checked on the way, as ``python -m relaxations.check FILE`` does
-        again; at a thousand samples that takes half a minute. Outputs that share nothing are then proven together
-        (:mod:`smid.identification.separated`), which takes longer. After an inversion the ends are those that the
-        checker's arithmetic gives, which differ from those without a file by little. There is none for a model of the
+        again; at a thousand samples that takes half a minute. With outliers, or outputs that share nothing, it holds
+        the certificates of all parts. After an inversion the ends are those that the checker's arithmetic gives, which
+        differ from those without a file by little. There is none for a model of the
         scheme "enclosed".
     windows
         Prove the intervals of a long record on the windows that hold their ends (:mod:`smid.identification.windows`),
@@ -200,8 +199,7 @@ def identify(
     def encloser_of(model: Model, data: Dataset) -> Encloser:
         if method == INVERSION or (automatic and not is_polynomial(model)):
             return Inverted(model, data, bounds, settings)
-        # A file holds one proof, so with a certificate all outputs are proven together.
-        parts = () if kept or len(model.output_channels) < 2 else separate(model)
+        parts = () if len(model.output_channels) < 2 else separate(model)
         if len(parts) > 1:
             return Separated(model, parts, lambda part: of_polynomials(part, data))
         return of_polynomials(model, data)
@@ -222,13 +220,11 @@ def identify(
         _make_way(certificate)
     # Bound the parameters, and write the proof of all that was bounded.
     found = encloser.enclose()
-    if certificate and isinstance(encloser, Inverted):
-        found = encloser.certify(certificate, found)
-    elif certificate and found.enclosure is not None:
-        problem, steps, kinks = encloser.proof()
-        if steps:
-            origin = origin_of(model, data, bounds, found.windows)
-            write_certificate(certificate, problem, steps, kinks, origin)
+    if certificate:
+        certified = encloser.certified(found)
+        found = certified.found
+        if certified.certificates:
+            write_certificates(certificate, certified.certificates, model, data, bounds, found.windows, outliers)
     enclosure = found.enclosure
     if isinstance(encloser, WithOutliers | Inverted) and found.reason is Reason.EMPTY:
         raise EmptyFeasibleSetError(encloser.contradiction, None, encloser.heaviest)

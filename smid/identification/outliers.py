@@ -18,20 +18,20 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array, Mask
 from relaxations.deadline import STOPS, Progress, stopped_by
-from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.proof_steps import Kinks, Step
 from relaxations.search.enclosure import STOPPED, Enclosure, Reason, uninterrupted
 from smid.data import DataError, Dataset
-from smid.data.window import Window, cut_all
-from smid.feasible.template import Templates
+from smid.data.window import Window, part_of
+from smid.feasible.template import Templates, is_polynomial
 from smid.fitting.fit import Fitting
+from smid.identification.certificates import Content, ProvenPart, Round, bundle_of
 from smid.identification.encloser import (
+    Certified,
     Enclosed,
     Encloser,
     Settings,
@@ -48,6 +48,15 @@ from smid.models import Model, ModelError
 
 _SUSPECTS = 4  # stretches that are tried for each outlier that is left
 _REACHES = (2, 4, 12)  # of a stretch to both sides, in lags of the model
+
+
+@dataclass(frozen=True)
+class _Enclosed:
+    """The intervals on a part of the record, and their proof."""
+
+    enclosure: Enclosure
+    proven: ProvenPart
+
 
 Enclose = Callable[[Model, Dataset], Encloser]
 Box = dict[str, tuple[float, float]]
@@ -66,7 +75,7 @@ class WithOutliers:
     Raises
     ------
     ModelError
-        If ``outliers`` is no number of samples, the parts would be too short for the model, or a proof is to be kept.
+        If ``outliers`` is no number of samples, or the parts would be too short for the model.
     """
 
     def __init__(
@@ -81,15 +90,12 @@ class WithOutliers:
     ) -> None:
         if isinstance(outliers, bool) or not isinstance(outliers, int) or outliers < 0:
             raise ModelError(f"outliers={outliers!r}: give how many samples of each output may break the noise bound")
-        if kept:
-            raise ModelError(
-                "intervals with outliers rest on several proofs, and no file holds them: leave certificate out"
-            )
-        self.model, self.data, self.bounds, self.settings = model, data, bounds, settings
+        self.model, self.data, self.bounds, self.settings, self._kept = model, data, bounds, settings, kept
         self._outliers, self._encloser = outliers, encloser
         self._allowed = outliers * len(model.output_channels)
         self._say: Progress = settings.progress or (lambda _: None)
         self.spoilt: list[Window] = []
+        self._rounds: list[Round] = []
         needed = (self._allowed + 1) * (model.max_lag + len(model.parameters) + 1)
         if data.n_samples < needed:
             raise ModelError(
@@ -105,14 +111,18 @@ class WithOutliers:
         reason = Reason.ROUNDS
         try:
             while True:
+                masked = self._with_missing(self._spoilt_samples())
                 # The hull of the parts, of which one is free of outliers.
-                found = [one for part in self._parts() if (one := self._enclosed(box, part)).empty is None]
+                parts = [self._enclosed(box, windows, masked) for windows in self._parts()]
+                self._rounds.append(Round([part.proven for part in parts]))
+                found = [part.enclosure for part in parts if part.enclosure.empty is None]
                 box = {name: (max(box[name][0], low), min(box[name][1], high)) for name, (low, high) in _hull(found)}
                 if not found or any(low > high for low, high in box.values()):
                     return Enclosed(None, Reason.EMPTY)
                 # Leave out what no parameters of the hull fit.
                 new = self._spoilt(box)
-                self.spoilt += new
+                self._rounds[-1] = replace(self._rounds[-1], spoilt=new)
+                self.spoilt += [window for stretch in new for window in stretch.windows]
                 self._say(f"{len(self.spoilt)} of at most {self._allowed} outliers found")
                 if len(self.spoilt) > self._allowed:
                     return Enclosed(None, Reason.EMPTY)
@@ -151,14 +161,24 @@ class WithOutliers:
             f"bound.{where} Allow more outliers, raise the bound or extend the model."
         )
 
-    def _enclosed(self, box: Box, part: Dataset) -> Enclosure:
-        """Return the intervals on a part of the record, within a box.
+    def _enclosed(self, box: Box, windows: Sequence[Window], data: Dataset) -> _Enclosed:
+        """Return the intervals on a part of the record, within a box, and their proof where it is kept.
 
-        ModelError if a parameter has none.
+        ModelError if a parameter has none, or no certificate can hold the proof.
         """
-        found = self._encloser(self.model.bound(**box), part).enclose()
+        part = part_of(data, windows)
+        encloser = self._encloser(self.model.bound(**box), part)
+        found = encloser.enclose()
+        contents: tuple[Content, ...] = ()
         if found.enclosure is not None:
-            return uninterrupted(found.enclosure)
+            uninterrupted(found.enclosure)
+            if self._kept:
+                certified = encloser.certified(found)
+                found, contents = certified.found, certified.certificates
+            assert found.enclosure is not None
+            if self._kept and found.enclosure.empty is not None and not contents:
+                raise ModelError("the proof reads bounds of hidden signals, and no file can: leave certificate out")
+            return _Enclosed(found.enclosure, ProvenPart(windows, contents))
         if found.reason in STOPPED:
             raise STOPPED[found.reason]
         lost = ", ".join(found.boxed.unbounded) if found.boxed else "the parameters"
@@ -167,9 +187,8 @@ class WithOutliers:
             "or allow fewer outliers"
         )
 
-    def _parts(self) -> Iterator[Dataset]:
-        """Yield as many parts of the record as outliers may be left, and one more; what is spoilt is missing."""
-        masked = self._with_missing(self._spoilt_samples())
+    def _parts(self) -> list[list[Window]]:
+        """Return as many parts of the record as outliers may be left, and one more."""
         count, total = self._allowed - len(self.spoilt) + 1, self.data.n_samples
         before = 0
         windows: list[list[Window]] = [[] for _ in range(count)]
@@ -180,9 +199,9 @@ class WithOutliers:
                 own = np.flatnonzero(part == k)
                 windows[k].append(Window(e, int(own[0]), int(own[-1])))
             before += run.n_samples
-        yield from (cut_all(masked, part) for part in windows)
+        return windows
 
-    def _spoilt(self, box: Box) -> list[Window]:
+    def _spoilt(self, box: Box) -> list[ProvenPart]:
         """Return stretches that no parameters of a box fit, around the largest errors of the run at its centre."""
         left = self._allowed - len(self.spoilt)
         centre = {name: (0.5 * low + 0.5 * high,) * 2 for name, (low, high) in box.items()}
@@ -190,22 +209,24 @@ class WithOutliers:
         problem = Fitting(self.model.bound(**centre), self.data, everything, scale=self.bounds)
         errors = np.abs(problem.residual(problem.start({})))
         suspects = np.argsort(errors)[::-1][: _SUSPECTS * left]
-        found: list[Window] = []
+        found: list[ProvenPart] = []
         for e, sample in problem.places[suspects[errors[suspects] > 1]].tolist():
             run = Window(e, 0, self.data.experiments[e].n_samples - 1)
-            near = [piece for piece in run.without([*self.spoilt, *found]) if piece.first <= sample <= piece.last]
+            known = [*self.spoilt, *(window for stretch in found for window in stretch.windows)]
+            near = [piece for piece in run.without(known) if piece.first <= sample <= piece.last]
             for piece in near:
                 reaches = (lags * self.model.max_lag for lags in _REACHES)
                 stretches = (Window(e, max(sample - r, piece.first), min(sample + r, piece.last)) for r in reaches)
-                shortest = next((stretch for stretch in stretches if self._fits_nothing(box, stretch)), None)
-                found += [shortest] if shortest else []
+                proofs = (self._fits_nothing(box, stretch) for stretch in stretches)
+                found += [*filter(None, proofs)][:1]
         return found
 
-    def _fits_nothing(self, box: Box, stretch: Window) -> bool:
-        """Return whether it is proven that no parameters of a box fit a stretch."""
+    def _fits_nothing(self, box: Box, stretch: Window) -> ProvenPart | None:
+        """Return the proof that no parameters of a box fit a stretch, where there is one."""
         with suppress(DataError, ModelError):  # too short, an input that stands still, or nothing is proven
-            return self._enclosed(box, cut_all(self.data, [stretch])).empty is not None
-        return False
+            found = self._enclosed(box, [stretch], self.data)
+            return found.proven if found.enclosure.empty is not None else None
+        return None
 
     def _verified(self, points: Sequence[Array]) -> list[Array]:
         """Return points a little inside the given ones that are verified to fit all but the allowed outliers."""
@@ -216,8 +237,10 @@ class WithOutliers:
 
     def _fits(self, parameters: Array) -> bool:
         """Return whether parameters are verified to fit all but the allowed outliers of each output."""
+        if not is_polynomial(self.model) or inputs_are_noisy(self.model):
+            return False
         templates = Templates.of(self.model)
-        if not suits(templates) or inputs_are_noisy(self.model):
+        if not suits(templates):
             return False
         values = {p.name: float(v) for p, v in zip(self.model.parameters, parameters, strict=True)}
         best = best_run(self.model, self._with_missing(self._spoilt_samples()), self.bounds, values)
@@ -245,9 +268,10 @@ class WithOutliers:
         ]
         return self.data.with_experiments(runs)
 
-    def proof(self) -> tuple[PolynomialProblem, Sequence[Step], Kinks | None]:
-        """Raise an error: the proof has several parts, and no file holds them."""
-        raise NotImplementedError
+    def certified(self, found: Enclosed) -> Certified:
+        """Return the rounds as a bundle of certificates."""
+        beyond = self.spoilt or any(part.certificates for one in self._rounds for part in one.parts)
+        return Certified(found, (bundle_of(self.model, self._allowed, self._rounds),) if beyond else ())
 
     def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
         """Decide whether the centres fit all but the outliers."""

@@ -10,23 +10,21 @@ here every sub-box counts for all ends at once.)
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array
 from relaxations.deadline import STOPS, stopped_by
-from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import Emptiness
+from relaxations.proof.certificate_file import content_of
 from relaxations.proof.method import Lift
-from relaxations.proof.proof_steps import Kinks, Step
 from relaxations.search.enclosure import Enclosure, Interval, Reason, uninterrupted
 from relaxations.search.hierarchy import intervals
 from relaxations.search.interval_state import allowed_gap
 from relaxations.search.plan import Plan
 from smid.feasible.feasible_set import FeasibleSet
-from smid.identification.encloser import Enclosed, Settings, nearest_witness, proven_infeasible
+from smid.identification.encloser import Certified, Enclosed, Settings, nearest_witness, proven_infeasible
 from smid.identification.estimate import CentreStatus
 from smid.identification.finite_box import Boxed
 from smid.identification.piecewise_proof import Trail, stated
@@ -84,10 +82,13 @@ class Piecewise:
         boxed = Boxed(feasible, () if unbounded else derived, unbounded, feasible.problem)
         return Enclosed(boxed, reason, enclosure)
 
-    def proof(self) -> tuple[PolynomialProblem, Sequence[Step], Kinks]:
-        """Return the set with its kinks as variables, and the steps."""
+    def certified(self, found: Enclosed) -> Certified:
+        """Return the set with its kinks as variables, and the steps, as a certificate."""
+        if found.enclosure is None:
+            return Certified(found, ())
         problem, kinks = stated(self.feasible)
-        return problem, self.trail.whole(problem, len(self.feasible.model.parameters)), kinks
+        steps = self.trail.whole(problem, len(self.feasible.model.parameters))
+        return Certified(found, (content_of(problem, steps, kinks),) if steps else ())
 
     def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
         """Decide whether the centres are feasible; where not, return the witness nearest to them, in widths."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,13 +11,14 @@ from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import STOPS, stopped_by
 from relaxations.points.witness import find_witness
 from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.certificate_file import content_of
 from relaxations.proof.proof_steps import Recorder, Step
 from relaxations.search.enclosure import Enclosure, Reason
 from relaxations.search.hierarchy import intervals
 from relaxations.search.plan import Plan
 from relaxations.solvers import Solver
 from smid.feasible.feasible_set import FeasibleSet
-from smid.identification.encloser import NOTHING, Enclosed, Settings, nearest_witness, proven_infeasible
+from smid.identification.encloser import NOTHING, Certified, Enclosed, Settings, nearest_witness, proven_infeasible
 from smid.identification.estimate import CentreStatus
 from smid.identification.finite_box import Boxed, with_finite_box
 from smid.identification.first_guess import equation_error_fit, magnitudes
@@ -89,9 +89,11 @@ class Polynomial:
             record=record,
         )
 
-    def proof(self) -> tuple[PolynomialProblem, Sequence[Step], None]:
-        """Return the stated problem and the steps."""
-        return self.boxed.stated, self.steps, None
+    def certified(self, found: Enclosed) -> Certified:
+        """Return the stated problem and the steps as a certificate."""
+        if found.enclosure is None or not self.steps:
+            return Certified(found, ())
+        return Certified(found, (content_of(self.boxed.stated, self.steps),))
 
     def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
         """Decide whether the centres are feasible; where not, look for the nearest feasible point."""

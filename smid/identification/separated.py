@@ -13,12 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.proof_steps import Kinks, Step
 from relaxations.search.enclosure import Enclosure, Interval, Reason
 from smid.data.window import Window, windows_before
 from smid.feasible.template import Templates
-from smid.identification.encloser import Enclosed, Encloser, with_inner_ends
+from smid.identification.encloser import Certified, Enclosed, Encloser, with_inner_ends
 from smid.identification.estimate import CentreStatus
 from smid.models import Model
 
@@ -87,6 +85,7 @@ class Separated:
         self.model, self._models, self._encloser = model, parts, encloser
         self._parts = [encloser(part) for part in parts]
         self._found: list[Enclosed] = []
+        self._empty: Enclosed | None = None  # of the part that is
         self._together: Encloser | None = None
 
     def enclose(self) -> Enclosed:
@@ -94,6 +93,7 @@ class Separated:
         for part in self._parts:
             found = part.enclose()
             if found.enclosure is not None and found.enclosure.empty is not None:
+                self._empty = found
                 return found
             if found.reason is Reason.UNBOUNDED:
                 self._together = self._encloser(self.model)
@@ -125,9 +125,14 @@ class Separated:
         derived = tuple(name for box in boxed for name in box.derived)
         return Enclosed(replace(boxed[0], derived=derived) if boxed else None, reason, joined, self._windows())
 
-    def proof(self) -> tuple[PolynomialProblem, Sequence[Step], Kinks | None]:
-        """Raise an error: each part has a proof of its own, and a file holds one."""
-        raise NotImplementedError
+    def certified(self, found: Enclosed) -> Certified:
+        """Return the certificates of the parts; that of one part where it is proven empty."""
+        if self._together is not None:
+            return self._together.certified(found)
+        own = [part.certified(one) for part, one in zip(self._parts, self._found, strict=False)]
+        if self._empty is not None:
+            own = [self._parts[len(own)].certified(self._empty)]
+        return Certified(found, tuple(content for one in own for content in one.certificates))
 
     def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
         """Decide whether the centres of all parts are feasible."""

@@ -1,23 +1,25 @@
-"""The errors-in-variables model: a linear transfer function, input and output measured with bounded noise."""
+"""The errors-in-variables model: linear transfer functions, inputs and outputs measured with bounded noise."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 from smid.models.model import Model
 from smid.models.output_error import OutputError
+from smid.models.paths import Orders, with_noisy_inputs
 
 __all__ = ["ErrorsInVariables"]
 
 
 def ErrorsInVariables(
-    na: int = 1,
-    nb: int = 0,
-    delay: int = 0,
+    na: int | Sequence[int] = 1,
+    nb: Orders = 0,
+    delay: Orders = 0,
     *,
-    input: str = "u",
-    output: str = "y",
+    input: str | Sequence[str] = "u",
+    output: str | Sequence[str] = "y",
     offset: bool = False,
     **priors: Any,
 ) -> Model:
@@ -28,13 +30,14 @@ def ErrorsInVariables(
     Parameters
     ----------
     na
-        Number of poles.
+        Number of poles; one number for each output where they differ.
     nb
-        Degree of the numerator, as in (2.4): nb + 1 coefficients.
+        Degree of the numerator, as in (2.4): nb + 1 coefficients. Of all paths, or, as for `delay`, of each.
     delay
-        Samples from input to output; none in (2.12).
+        Samples from input to output, none in (2.12); where they differ, for each output a list with a number for each
+        input.
     input, output
-        Channels of the data.
+        Channels of the data, one or a list. Each output has one denominator, and a numerator for each input.
     offset
         Add a constant to the line of w, the parameter ``offset`` in the output's unit.
     **priors
@@ -43,7 +46,7 @@ def ErrorsInVariables(
     Raises
     ------
     ModelError
-        If an order is negative or a prior does not fit.
+        If an order is negative or does not fit the channels, a channel is named twice, or a prior does not fit.
 
     Examples
     --------
@@ -56,4 +59,4 @@ def ErrorsInVariables(
       b0 free
     """
     model = OutputError(na, nb, delay, input=input, output=output, offset=offset, **priors)
-    return replace(model.with_input_noise(input), name="errors in variables")
+    return replace(with_noisy_inputs(model, input), name="errors in variables")

@@ -58,41 +58,52 @@ def _is_integer(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
 
 
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str)
+
+
+def _list_of(accepts: Callable[[Any], bool]) -> Callable[[Any], bool]:
+    return lambda value: isinstance(value, list | tuple) and all(map(accepts, value))
+
+
+def _table_of(accepts: Callable[[Any], bool]) -> Callable[[Any], bool]:
+    return lambda value: isinstance(value, Mapping) and all(map(accepts, value.values()))
+
+
+def _any_of(*kinds: Callable[[Any], bool]) -> Callable[[Any], bool]:
+    return lambda value: any(accepts(value) for accepts in kinds)
+
+
 _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "int": ("a whole number", _is_integer),
+    "int | Sequence[int]": (
+        "a whole number, or a list with one for each output",
+        _any_of(_is_integer, _list_of(_is_integer)),
+    ),
+    "Orders": (
+        "a whole number, or for each output a list with one for each input",
+        _any_of(_is_integer, _list_of(_is_integer), _list_of(_list_of(_is_integer))),
+    ),
     "float": ("a finite number", _is_number),
     "float | None": ("a finite number", _is_number),
+    "float | Sequence[float]": (
+        "a finite number, or a list with one for each input",
+        _any_of(_is_number, _list_of(_is_number)),
+    ),
     "bool": ("true or false", lambda value: isinstance(value, bool)),
-    "str": ("a string", lambda value: isinstance(value, str)),
-    "Sequence[int]": (
-        "a list of whole numbers",
-        lambda v: isinstance(v, list | tuple) and all(map(_is_integer, v)),
-    ),
-    "Sequence[str]": (
-        "a list of strings",
-        lambda v: isinstance(v, list | tuple) and all(isinstance(item, str) for item in v),
-    ),
+    "str": ("a string", _is_text),
+    "str | Sequence[str]": ("a string, or a list of strings", _any_of(_is_text, _list_of(_is_text))),
+    "Sequence[int]": ("a list of whole numbers", _list_of(_is_integer)),
+    "Sequence[str]": ("a list of strings", _list_of(_is_text)),
     "Channels": ("a list of channels, or a table", lambda v: isinstance(v, list | tuple | Mapping)),
     "Mapping[str, Box]": ("a table of numbers and ranges", lambda v: isinstance(v, Mapping)),
-    "Mapping[str, str]": (
-        "a table of strings",
-        lambda v: isinstance(v, Mapping) and all(isinstance(item, str) for item in v.values()),
-    ),
+    "Mapping[str, str]": ("a table of strings", _table_of(_is_text)),
     "Range | None": ("a range [lower, upper]", _is_range),
     "tuple[float, float] | None": ("a range [lower, upper]", _is_range),
-    "float | Range | None": ("a number or a range [lower, upper]", lambda v: _is_number(v) or _is_range(v)),
-    "Mapping[str, float]": (
-        "a table of numbers",
-        lambda v: isinstance(v, Mapping) and all(map(_is_number, v.values())),
-    ),
-    "Mapping[str, tuple[float, float]]": (
-        "a table of ranges [lower, upper]",
-        lambda v: isinstance(v, Mapping) and all(map(_is_range, v.values())),
-    ),
-    "Mapping[str, Range]": (
-        "a table of ranges [lower, upper]",
-        lambda v: isinstance(v, Mapping) and all(map(_is_range, v.values())),
-    ),
+    "float | Range | None": ("a number or a range [lower, upper]", _any_of(_is_number, _is_range)),
+    "Mapping[str, float]": ("a table of numbers", _table_of(_is_number)),
+    "Mapping[str, tuple[float, float]]": ("a table of ranges [lower, upper]", _table_of(_is_range)),
+    "Mapping[str, Range]": ("a table of ranges [lower, upper]", _table_of(_is_range)),
 }
 """What each annotation of a field means to the writer of a file."""
 

@@ -1,32 +1,33 @@
-"""The Hammerstein model: a static polynomial followed by linear dynamics."""
+"""The Hammerstein model: static polynomials followed by linear dynamics."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
 from typing import Any
 
 import sympy
 
-from smid.models.edit_lines import rename_channels
 from smid.models.errors import ModelError
 from smid.models.model import Line, Measurement, Model, Parameter
+from smid.models.paths import Orders, channels_of, outputs_of, with_channels, with_noisy_inputs
 from smid.models.priors import Priors
 from smid.models.symbols import number, signal, t
-from smid.models.transfer import check_count, linear_expression, names
+from smid.models.transfer import check_count, linear_expression, names, numbered, symbols
 
 __all__ = ["Hammerstein"]
 
 
 def Hammerstein(
-    poles: int = 1,
+    poles: int | Sequence[int] = 1,
     powers: Sequence[int] = (5, 4, 3),
-    zeros: int = 0,
-    delay: int = 1,
+    zeros: Orders = 0,
+    delay: Orders = 1,
     *,
-    input: str = "u",
-    output: str = "y",
-    input_scale: float = 1.0,
+    input: str | Sequence[str] = "u",
+    output: str | Sequence[str] = "y",
+    input_scale: float | Sequence[float] = 1.0,
     unit_dc_gain: bool = True,
     input_noise: bool = False,
     **priors: Any,
@@ -39,36 +40,38 @@ def Hammerstein(
     Parameters
     ----------
     poles
-        Number of poles.
+        Number of poles; one number for each output where they differ.
     powers
         Powers of the static polynomial; 0 is an offset.
     zeros
-        Degree of the numerator.
+        Degree of the numerator. Of all paths, or, as for `delay`, of each.
     delay
-        Samples from x to w.
+        Samples from x to w; where they differ, for each output a list with a number for each input.
     input, output
-        Channels of the data.
+        Channels of the data, one or a list. Each output has one denominator, and for each input a polynomial and a
+        numerator.
     input_scale
-        Factor K of (3.4) on the input before it is raised to powers, in one per input unit. It keeps the coefficients
-        of ordinary size.
+        Factor K of (3.4) on the input before it is raised to powers, in one per input unit; one number for each input
+        where they differ. It keeps the coefficients of ordinary size.
     unit_dc_gain
         Linear part of unit DC gain (3.12): its last numerator coefficient is eliminated.  Otherwise the gain
-        may move between the two blocks, so a ``beta`` or ``gamma`` must be among ``fixed``.
+        may move between the two blocks, so a ``beta`` or ``gamma`` of each path must be among ``fixed``.
     input_noise
-        Whether the input is measured with noise.
+        Whether the inputs are measured with noise.
     **priors
-        Fields of `smid.models.Priors`, on the linear part; ``dc_gain`` only without `unit_dc_gain`.
+        Fields of `smid.models.Priors`, on the linear part of each path; ``dc_gain`` only without `unit_dc_gain`.
 
     Returns
     -------
     Model
         Signals ``v``, ``x``, ``w``; parameters ``alpha`` (``alpha1..`` with several poles), ``gamma1..`` in
-        the order of `powers`, ``beta`` or ``beta0..`` where free; noise ``eta``.
+        the order of `powers`, ``beta`` or ``beta0..`` where free; noise ``eta``. Names end in the output and the input
+        where there are several: ``alpha_level``, ``gamma1_level_pump``.
 
     Raises
     ------
     ModelError
-        If orders or powers make no sense, or the gain is not unique.
+        If orders or powers make no sense, a channel is named twice, or the gain is not unique.
 
     Examples
     --------
@@ -81,34 +84,47 @@ def Hammerstein(
       alpha in [-1, 1]
       gamma1 free
     """
-    check_count("poles", poles, 0)
-    check_count("zeros", zeros, 0)
-    check_count("delay", delay, 0)
     for power in powers:
         check_count("a power", power, 0)
     if not powers or len(set(powers)) < len(powers):
         raise ModelError(f"powers = {tuple(powers)} must be distinct and at least one: list each power once")
     if unit_dc_gain and (priors.get("integrator") or priors.get("dc_gain") is not None):
         raise ModelError("unit_dc_gain excludes integrator and dc_gain: set unit_dc_gain=False and fix a beta")
-    denominator = ("alpha",) if poles == 1 else names("alpha", poles, 1)
-    numerator = ("beta",) if zeros == 0 else names("beta", zeros + 1, 0)
-    gammas = names("gamma", len(powers), 1)
-    fixed = priors.get("fixed", {})
-    if not unit_dc_gain and not any(fixed.get(name) for name in (*numerator, *gammas)):
-        raise ModelError(f"the gain is not unique: set unit_dc_gain=True, or fixed={{'{numerator[0]}': 1.0}}")
-    parameters = tuple(Parameter(name) for name in (*denominator, *gammas, *numerator))
-    symbols = {item.name: item.symbol for item in parameters}
-    v = signal("v")[t]
-    static = sum((symbols[name] * v**power for name, power in zip(gammas, powers, strict=True)), sympy.Integer(0))
-    a, b = [symbols[name] for name in denominator], [symbols[name] for name in numerator]
-    lines = (
-        Line(v, number(input_scale) * signal("u")[t]),
-        Line(signal("x")[t], static),
-        Line(signal("w")[t], linear_expression("w", "x", a, b, delay)),
-    )
-    model = Model("Hammerstein", parameters, lines, (Measurement("y", "w", "eta"),))
+    outputs = outputs_of(input, output, ("poles", poles), ("zeros", zeros), delay)
+    scales = _of_each("input_scale", input_scale, channels_of("input", input))
+    scaled = [(path, number(scale)) for path, scale in zip(outputs[0].paths, scales, strict=True)]
+    lines = [Line(signal(f"v{path.of_input}")[t], scale * signal(path.input)[t]) for path, scale in scaled]
+    parameters, measurements, functions = list[Parameter](), [], []
+    for one in outputs:
+        a, w = numbered("alpha", one.poles, 1, one.suffix), f"w{one.suffix}"
+        gammas = [names("gamma", len(powers), 1, path.suffix) for path in one.paths]
+        b = [numbered("beta", path.degree + 1, 0, path.suffix) for path in one.paths]
+        for own, curve in zip(b, gammas, strict=True):
+            if not unit_dc_gain and not any(priors.get("fixed", {}).get(name) for name in (*own, *curve)):
+                raise ModelError(f"the gain is not unique: set unit_dc_gain=True, or fixed={{'{own[0]}': 1.0}}")
+        parameters += map(Parameter, (*a, *chain(*gammas), *chain(*b)))
+        for path, curve in zip(one.paths, gammas, strict=True):
+            v = signal(f"v{path.of_input}")[t]
+            static = sum((g * v**power for g, power in zip(symbols(curve), powers, strict=True)), sympy.Integer(0))
+            lines.append(Line(signal(f"x{path.suffix}")[t], static))
+        driven = [(f"x{path.suffix}", own, path.delay) for path, own in zip(one.paths, b, strict=True)]
+        lines.append(Line(signal(w)[t], linear_expression(w, a, driven)))
+        measurements.append(Measurement(one.channel, w, f"eta{one.suffix}"))
+        functions += [(a, own) for own in b]
+    model = Model("Hammerstein", tuple(parameters), tuple(lines), tuple(measurements))
     known = Priors.of(priors)
     if unit_dc_gain:
         known = replace(known, dc_gain=1)
-    model = rename_channels(known.apply(model, denominator, numerator), {"u": input, "y": output})
-    return model.with_input_noise(input) if input_noise else model
+    model = with_channels(known.apply(model, *functions), input, output)
+    return with_noisy_inputs(model, input) if input_noise else model
+
+
+def _of_each(option: str, given: float | Sequence[float], channels: Sequence[str]) -> tuple[float, ...]:
+    """Return a number for each channel; ModelError if there are more or fewer."""
+    values = tuple(given) if isinstance(given, Sequence) else (given,) * len(channels)
+    if len(values) != len(channels):
+        raise ModelError(
+            f"{option} = {given} does not fit the inputs {', '.join(channels)}: give one number for all, or a list "
+            "with one for each"
+        )
+    return values

@@ -26,11 +26,14 @@ Reference: Kailath, Linear Systems (1980), section 6.2 (matrix fraction descript
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import sympy
+from sympy.polys.domains import QQ
+from sympy.polys.matrices import DomainMatrix
 
 from smid.models.model import Model
 from smid.models.parts import Line
@@ -39,6 +42,7 @@ from smid.models.symbols import inlined, references, signal, t
 __all__ = ["first_instants", "without_hidden_states"]
 
 _Q = sympy.Symbol("q")
+_OPAQUE = (sympy.Function, sympy.NumberSymbol, sympy.Pow)  # taken as symbols, apart from whole powers
 _Lines = dict[str, tuple[sympy.Expr, int]]  # by signal: the expression, and the first sample from which it holds
 
 
@@ -71,8 +75,10 @@ def _reduced(model: Model) -> tuple[Model, Mapping[str, int]]:
     # Put what has no memory and reads a hidden state in its place.
     lines = {line.signal: line.expression for line in plain.lines}
     static = {name: own for name, own in lines.items() if name not in plain.states and name not in shown}
-    behind = {name for name, own in static.items() if _reads(inlined(own, static), hidden)}
-    static = {name: own for name, own in static.items() if name in behind}
+    while missed := {name for name, own in static.items() if not _reads(own, hidden | static.keys())}:
+        static = {name: own for name, own in static.items() if name not in missed}
+    if _stay(lines, static, hidden, shown):
+        return plain, {}
     whole = {name: inlined(own, static) for name, own in lines.items() if name not in static}
     since = {name: max((lag for _, lag in references(own)), default=0) for name, own in whole.items()}
     found = _eliminated({name: (own, since[name]) for name, own in whole.items()}, hidden)
@@ -80,6 +86,23 @@ def _reduced(model: Model) -> tuple[Model, Mapping[str, int]]:
         return plain, {}
     kept = tuple(Line(signal(name)[t], own) for name, (own, _) in found.items())
     return replace(plain, lines=kept), {name: first for name, (_, first) in found.items()}
+
+
+def _stay(
+    lines: Mapping[str, sympy.Expr], static: Mapping[str, sympy.Expr], hidden: frozenset[str], shown: set[str]
+) -> bool:
+    """Return whether the lines, one by one, show that no hidden state can be eliminated.
+
+    Kinks of kinks, put in the place of what reads them, would take sympy minutes to tell the same.
+    """
+    reached = hidden | static.keys()
+    atoms = [signal(n)[t - lag] for own in lines.values() for n, lag in sorted(references(own)) if n in reached]
+    curved = {name for name, own in lines.items() if not own.is_polynomial(*atoms)}
+    # What reads a curved line is curved; a measured signal that is not may show a state.
+    while more := {name for name, own in lines.items() if _reads(own, curved & static.keys())} - curved:
+        curved |= more
+    straight = [_Linear.of(inlined(lines[name], static), hidden) for name in shown & lines.keys() - curved]
+    return bool(curved) and not any(part is not None and part.shown for part in straight)
 
 
 def _eliminated(lines: _Lines, hidden: frozenset[str]) -> _Lines | None:
@@ -115,11 +138,12 @@ class _Linear:
             return _Linear({}, expression)
         if not expression.is_polynomial(*atoms.values()):
             return None
-        poly = sympy.Poly(expression, *atoms.values())
-        factors = {key: poly.coeff_monomial(atom) for key, atom in atoms.items()}
-        if poly.total_degree() > 1 or any(references(factor) for factor in factors.values()):
+        # Slopes, because a polynomial of sympy would expand coefficients that are quotients, for minutes.
+        slopes = {key: expression.diff(atom) for key, atom in atoms.items()}
+        factors = {key: sympy.expand(own) if own.has(*atoms.values()) else own for key, own in slopes.items()}
+        if any(references(factor) for factor in factors.values()):
             return None
-        return _Linear(factors, poly.coeff_monomial(1))
+        return _Linear(factors, expression.xreplace(dict.fromkeys(atoms.values(), sympy.S.Zero)))
 
     @property
     def shown(self) -> tuple[str, int, sympy.Expr] | None:
@@ -137,24 +161,48 @@ def _through(name: str, parts: Mapping[str, _Linear], since: Mapping[str, int]) 
         behind += [other for other, _ in parts[state].factors if other not in behind]
     behind = list(dict.fromkeys(behind))
 
-    def row(reader: str) -> list[sympy.Expr]:
-        own = parts[reader].factors
-        return [sum((f * _Q**lag for (n, lag), f in own.items() if n == state), sympy.S.Zero) for state in behind]
+    # The coefficients are elements of the field of quotients of parameters, in which sums are quick.
+    factors = [factor for reader in (name, *behind) for factor in parts[reader].factors.values()]
+    opaque = {part: sympy.Dummy() for factor in factors for part in factor.atoms(*_OPAQUE) if not _is_quotient(part)}
+    # A symbol more, because a field needs one.
+    field = QQ.frac_field(*_symbols(factor.xreplace(opaque) for factor in factors), sympy.Dummy())
+    ring = field.poly_ring(_Q)
+    shift, known = ring.from_sympy(_Q), {dummy: part for part, dummy in opaque.items()}
 
-    matrix = sympy.eye(len(behind)) - sympy.Matrix([row(state) for state in behind])
-    weights = sympy.Matrix([row(name)]) * matrix.adjugate()
-    past = sympy.Poly(matrix.det(method="berkowitz"), _Q).as_dict()
+    def row(reader: str) -> list[Any]:
+        found = dict.fromkeys(behind, ring.zero)
+        for (state, lag), factor in parts[reader].factors.items():
+            found[state] += field.from_sympy(factor.xreplace(opaque)) * shift**lag
+        return list(found.values())
+
+    def by_lag(polynomial: Any) -> Iterator[tuple[int, sympy.Expr]]:
+        for (lag,), factor in sorted(polynomial.terms()):
+            yield lag, field.to_sympy(factor).xreplace(known)
+
+    count = len(behind)
+    matrix = DomainMatrix.eye(count, ring) - DomainMatrix([row(state) for state in behind], (count, count), ring)
+    adjugate, past = matrix.to_dense().adj_det()
+    (weights,) = (DomainMatrix([row(name)], (1, count), ring) * adjugate).to_dense().to_list()
     rest = parts[name].rest
     line, first = rest, since[name]
-    for (lag,), factor in past.items():
+    for lag, factor in by_lag(past):
         if lag:
             line -= factor * _shifted(signal(name)[t] - rest, lag)
             first = max(first, lag + since[name])
     for state, weight in zip(behind, weights, strict=True):
-        for (lag,), factor in sympy.Poly(weight, _Q).as_dict().items():
+        for lag, factor in by_lag(weight):
             line += factor * _shifted(parts[state].rest, lag)
             first = max(first, lag + since[state])
     return line, first
+
+
+def _is_quotient(part: sympy.Expr) -> bool:
+    """Return whether a power is one that a quotient of polynomials can have."""
+    return isinstance(part, sympy.Pow) and bool(part.exp.is_Integer)
+
+
+def _symbols(factors: Iterable[sympy.Expr]) -> list[sympy.Symbol]:
+    return sorted({symbol for factor in factors for symbol in factor.free_symbols}, key=str)
 
 
 def _solved(lines: _Lines, name: str, state: str, lag: int, factor: sympy.Expr, rest: sympy.Expr) -> _Lines | None:
@@ -172,7 +220,7 @@ def _solved(lines: _Lines, name: str, state: str, lag: int, factor: sympy.Expr, 
     return found
 
 
-def _reads(expression: sympy.Expr, names: frozenset[str]) -> bool:
+def _reads(expression: sympy.Expr, names: Set[str]) -> bool:
     return any(name in names for name, _ in references(expression))
 
 

@@ -19,10 +19,13 @@ from smid.models.errors import ModelError, refuse_unknown
 from smid.models.model import Model
 from smid.models.schur_cohn import schur_cohn
 from smid.models.symbols import end, number
+from smid.models.transfer import symbols
 
 __all__ = ["Priors", "Range"]
 
 Range = tuple[float, float]
+TransferFunction = tuple[Sequence[str], Sequence[str]]
+"""The parameters of a denominator and of a numerator, by name."""
 
 
 @dataclass(frozen=True)
@@ -101,38 +104,41 @@ class Priors:
         refuse_unknown("option", options, [item.name for item in fields(Priors)])
         return Priors(**options)
 
-    def apply(self, model: Model, denominator: Sequence[str], numerator: Sequence[str]) -> Model:
-        """Return the model with the prior knowledge.
+    def apply(self, model: Model, *functions: TransferFunction) -> Model:
+        """Return the model with the prior knowledge, which holds for each of some transfer functions.
 
         Parameters
         ----------
-        denominator
-            Names of ``a_1, ..., a_n`` of ``A = 1 + a_1 q^-1 + ...`` (2.3).
-        numerator
-            Names of ``b_0, ..., b_m`` (2.4); empty where it is not free.
+        functions
+            Names of ``a_1, ..., a_n`` of ``A = 1 + a_1 q^-1 + ...`` (2.3), which functions may share, and names of
+            ``b_0, ..., b_m`` (2.4); none where the numerator is not free.
 
         Raises
         ------
         ModelError
             If an option does not fit the degrees, or names an unknown parameter.
         """
-        a = [sympy.Integer(1), *(model.parameter(name).symbol for name in denominator)]
-        b = [model.parameter(name).symbol for name in numerator]
-        model = self._boxes(model, denominator)
-        swap = self._eliminations(model, a, b)
+        polynomials = [([sympy.Integer(1), *symbols(a)], symbols(b)) for a, b in functions]
+        for denominator, _ in functions:
+            model = self._boxes(model, denominator)
+        swap: dict[str, sympy.Expr] = {}
+        for a, b in polynomials:
+            swap |= self._eliminations(model, a, b)
         # Boxes of eliminated parameters stay as constraints: `substitute` and `fix` see to that.
         model = model.fix(**self.fixed)
         for name, expression in swap.items():
             model = model.substitute(name, expression)
         rules = {sympy.Symbol(name, real=True): number(value) for name, value in self.fixed.items()}
         rules |= {sympy.Symbol(name, real=True): expression for name, expression in swap.items()}
-        a, b = ([sympy.expand(item.xreplace(rules)) for item in polynomial] for polynomial in (a, b))
-        positive = bool(b) and self._is_positive(model, b[0])
-        constraints = [
-            *self._pole_conditions(a),
-            *self._zero_conditions(b, positive),
-            *self._gain_conditions(a, b),
-        ]
+        constraints = []
+        for both in polynomials:
+            a, b = ([sympy.expand(item.xreplace(rules)) for item in polynomial] for polynomial in both)
+            positive = bool(b) and self._is_positive(model, b[0])
+            constraints += [
+                *self._pole_conditions(a),
+                *self._zero_conditions(b, positive),
+                *self._gain_conditions(a, b),
+            ]
         return _with_new_constraints(model, constraints)
 
     def _radius(self) -> float | None:

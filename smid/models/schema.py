@@ -20,6 +20,7 @@ _NUMBER = {"type": "number"}
 _RANGE = {"type": "array", "items": _NUMBER, "minItems": 2, "maxItems": 2}
 _TEXT = {"type": "string"}
 _TEXTS = {"type": "array", "items": _TEXT}
+_COUNT = {"type": "integer"}
 _CHANNEL = {
     "type": "object",
     "properties": {"signal": _TEXT, "noise": {"type": ["boolean", "string"]}, "inverse": _TEXT},
@@ -32,17 +33,25 @@ _BOX = {
 }
 
 
+def _list(entry: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "array", "items": entry}
+
+
 def _table(entry: dict[str, Any]) -> dict[str, Any]:
     return {"type": "object", "additionalProperties": entry}
 
 
 _KINDS: dict[str, dict[str, Any]] = {
-    "int": {"type": "integer"},
+    "int": _COUNT,
+    "int | Sequence[int]": {"anyOf": [_COUNT, _list(_COUNT)]},
+    "Orders": {"anyOf": [_COUNT, _list(_COUNT), _list(_list(_COUNT))]},
     "float": _NUMBER,
+    "float | Sequence[float]": {"anyOf": [_NUMBER, _list(_NUMBER)]},
     "float | None": _NUMBER,
     "bool": {"type": "boolean"},
     "str": _TEXT,
-    "Sequence[int]": {"type": "array", "items": {"type": "integer"}},
+    "str | Sequence[str]": {"anyOf": [_TEXT, _TEXTS]},
+    "Sequence[int]": _list(_COUNT),
     "Sequence[str]": _TEXTS,
     "Range | None": _RANGE,
     "tuple[float, float] | None": _RANGE,

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from math import inf
 from typing import Any
 
-from relaxations.check.arithmetic import Polynomial, Terms, Work, product, value_range
+from relaxations.check.arithmetic import Interval, Polynomial, Terms, Work, product, value_range
 from relaxations.check.forms import shown_name
 from relaxations.check.read import Document
+from smid.models.expressions import from_text
+from smid.models.symbols import plain_symbols
 from smid.verification.expressions import NotPolynomialError
 from smid.verification.rows import Equations, Row, Samples, contains
 
@@ -33,6 +35,7 @@ def check_implied(document: Document, model: Mapping[str, Any], samples: Samples
 
     NotProvenError names the variable, equation or constraint that does not follow.
     """
+    model = _of_parameters(model, document.stated.names)
     equations = Equations(model, samples, document.stated, document.box)
     auxiliary = _check_boxes(document, equations, bounds)
     try:
@@ -52,12 +55,30 @@ def check_implied(document: Document, model: Mapping[str, Any], samples: Samples
     return last
 
 
+def _of_parameters(model: Mapping[str, Any], names: list[str]) -> Mapping[str, Any]:
+    """Return the lines and constraints that read no other parameters than those of a certificate.
+
+    Of outputs that share nothing, a certificate may be about some. Without the other equations the set is larger.
+    """
+    others = model["parameters"].keys() - set(names)
+    if not others:
+        return model
+
+    def reads_others(text: str | None) -> bool:
+        return text is not None and bool(others & plain_symbols(from_text(text)))
+
+    return {
+        **model,
+        "parameters": {name: ends for name, ends in model["parameters"].items() if name not in others},
+        "lines": {name: text for name, text in model["lines"].items() if not reads_others(text)},
+        "measurements": [m for m in model["measurements"] if not reads_others(m["inverse"])],
+        "constraints": [text for text in model["constraints"] if not reads_others(text)],
+    }
+
+
 def _check_boxes(document: Document, equations: Equations, bounds: Mapping[str, str]) -> set[int]:
     """Check the boxes of parameters and noises; return the variables that the model does not have."""
     stated, box, parameters = document.stated, document.box, equations.model["parameters"]
-    missing = [name for name in parameters if name not in equations.place]
-    if missing:
-        raise NotProvenError(f"the proof has no parameter {missing[0]!r}, the model has one")
     kinks = {kink.variable for kink in stated.kinks}
     noises = {m["noise"]: m["channel"] for m in equations.model["measurements"] if m["noise"] is not None}
     signals = {*equations.model["lines"], *(m["signal"] for m in equations.model["measurements"])}
@@ -66,7 +87,7 @@ def _check_boxes(document: Document, equations: Equations, bounds: Mapping[str, 
         base = name.split("[")[0]
         is_instance = "[" in name
         if name in parameters:
-            wanted = tuple(_end(end, side) for end, side in zip(parameters[name], (-inf, inf), strict=True))
+            wanted = prior_of(parameters[name])
         elif is_instance and base in noises:
             size = inf if name in equations.missing else Fraction(float.fromhex(bounds[noises[base]]))
             wanted = (-size, size)
@@ -83,6 +104,12 @@ def _check_boxes(document: Document, equations: Equations, bounds: Mapping[str, 
                 f"the box of {shown_name(name)} in the proof is not the one of the model or noise bound"
             )
     return auxiliary
+
+
+def prior_of(ends: Sequence[str | None]) -> Interval:
+    """Return the box of a parameter as a model states it."""
+    low, high = ends
+    return _end(low, -inf), _end(high, inf)
 
 
 def _end(end: str | None, infinite: float) -> Fraction | float:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -109,3 +111,11 @@ def _version() -> str:
         return version("smid")
     except PackageNotFoundError:
         return "(not installed)"
+
+
+def exact_samples(data: Dataset, channels: Iterable[str]) -> dict[str, dict[str, list[Fraction | None]]]:
+    """Return the samples of each experiment by channel as fractions; None for a missing one."""
+    return {
+        run.name: {c: [None if math.isnan(v) else Fraction(v) for v in run.values[c].tolist()] for c in channels}
+        for run in data.experiments
+    }

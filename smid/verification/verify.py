@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from relaxations import check
-from relaxations.check import runs
+from relaxations.check import bundle, runs
 from relaxations.check.read import Document, document
 from relaxations.check.report import strongest
 from relaxations.check.runs.read import document as document_of_run
@@ -24,8 +24,9 @@ from smid.display.table import Table
 from smid.fitting.binding import bind
 from smid.models import Model, ModelError
 from smid.models.expressions import from_text
-from smid.verification.implied import NotProvenError, check_implied
-from smid.verification.origin import DIGITS, data_statement, model_statement
+from smid.verification.implied import NotProvenError, check_implied, prior_of
+from smid.verification.origin import DIGITS, data_statement, exact_samples, model_statement
+from smid.verification.verify_bundle import check_bundle
 from smid.verification.verify_run import check_statement, origin_of_run, statement_of
 
 __all__ = ["NotProvenError", "Verification", "read_origin", "verify"]
@@ -67,6 +68,8 @@ class Verification(Result):
         yield from (f"  {signal}[t] = {text}" for signal, text in model["lines"].items())
         bounds = {c: float.fromhex(b) for c, b in self.origin["noise_bounds"].items()}
         yield "noise bounds: " + ", ".join(f"{channel} {bound:g}" for channel, bound in bounds.items())
+        if self.origin.get("outliers"):
+            yield f"outliers: at most {self.origin['outliers']} samples of each output break its noise bound"
         yield f"data: {', '.join(sorted(data['sample_digests']))}; SHA-256 {data['sha256']}"
         if self.empty:
             yield "proven: no parameters explain the data within the noise bounds"
@@ -124,21 +127,23 @@ def verify(
         raise TypeError(f"verify was given {kinds}: give verify(proof, data, model): the file, a Dataset, a Model")
     try:
         content = check.read(proof)
-        of_run = is_run(content)
-        origin = _origin(content)
-        data = _proven_part(origin, data)
-        _compare_data(origin["data"], data)
+        origin, of_bundle = _origin(content), bundle.is_bundle(content)
+        of_run = any(map(is_run, bundle.certificates(content) if of_bundle else [content]))
+        part = _proven_part(origin, data)
+        _compare_data(origin["data"], part)
         if model is not None:
-            own = bind(model, data)
+            own = bind(model, part)
             if own.enclosed:
                 raise NotProvenError(
                     f"{proof}: the proof is about lines of samples, and model {own.name!r} about its differential "
                     f"equation (scheme {own.scheme!r})"
                 )
-            _compare_models(origin["model"], statement_of(own, data) if of_run else model_statement(own))
+            _compare_models(origin["model"], statement_of(own, part) if of_run else model_statement(own))
         if noise_bound is not None:
             _compare_bounds(origin["noise_bounds"], noise_bound)
-        return (_run_verified if of_run else _verified)(content, origin, data)
+        if of_bundle:
+            return _bundle_verified(content, origin, data)
+        return (_run_verified if of_run else _verified)(content, origin, part)
     except check.Unreadable as error:
         raise DataError(str(error)) from None
     except check.Refused as error:
@@ -151,13 +156,7 @@ def verify(
 
 def _verified(content: Any, origin: dict[str, Any], data: Dataset) -> Verification:
     found = document(content)
-    samples = {
-        run["name"]: {
-            c: [None if math.isnan(v) else Fraction(v) for v in own.values[c].tolist()]
-            for c in origin["data"]["sample_digests"]
-        }
-        for run, own in zip(origin["data"]["experiments"], data.experiments, strict=True)
-    }
+    samples = exact_samples(data, origin["data"]["sample_digests"])
     equations = check_implied(found, origin["model"], samples, origin["noise_bounds"])
     theorems = strongest(check.proven(found))
     empty = any(theorem.empty for theorem in theorems)
@@ -171,6 +170,14 @@ def _run_verified(content: Any, origin: dict[str, Any], data: Dataset) -> Verifi
     return Verification(origin, equations, claim is None, intervals)
 
 
+def _bundle_verified(content: Any, origin: dict[str, Any], data: Dataset) -> Verification:
+    found = bundle.document(content)
+    claim = bundle.proven(found)
+    equations = check_bundle(found, origin, data)
+    intervals = {name: (_rounded(low, -1), _rounded(high, 1)) for name, (low, high) in (claim.box or {}).items()}
+    return Verification(origin, equations, claim.box is None, intervals)
+
+
 def read_origin(proof: str | Path) -> dict[str, Any]:
     """Return a proof's statement of its model and data; DataError if there is none."""
     try:
@@ -181,7 +188,12 @@ def read_origin(proof: str | Path) -> dict[str, Any]:
 
 def _origin(content: Any) -> dict[str, Any]:
     """Return the origin of a certificate, and what it states of the model."""
-    origin = document(content).origin if not is_run(content) else origin_of_run(document_of_run(content))
+    if bundle.is_bundle(content):
+        origin = bundle.document(content).origin
+    elif is_run(content):
+        origin = origin_of_run(document_of_run(content))
+    else:
+        origin = document(content).origin
     if not isinstance(origin, dict) or not {"model", "noise_bounds", "data", "software"} <= origin.keys():
         raise DataError(
             "the certificate states no model and data, so there is nothing to compare: write it with "
@@ -282,6 +294,10 @@ def _intervals(found: Document, theorems: list[Theorem], origin: Mapping[str, An
     """Return the box of each parameter, narrowed by the theorems."""
     intervals = {}
     for name in origin["model"]["parameters"]:
+        if name not in found.stated.names:  # the certificate is about outputs that do not share it
+            low, high = prior_of(origin["model"]["parameters"][name])
+            intervals[name] = (float(low), float(high))
+            continue
         v = found.stated.names.index(name)
         low, high = found.box[v]
         for theorem in theorems:

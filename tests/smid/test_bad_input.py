@@ -100,10 +100,22 @@ MISTAKES: dict[str, tuple[Callable[[Path], object], type[Exception], str, str]] 
         "the channel 'nonsense': they have u, y",
         "the data lack",
     ),
-    "a list of inputs": (
-        lambda _: OutputError(input=["u1", "u2"]),  # type: ignore[arg-type]
+    "an input that appears twice": (
+        lambda _: OutputError(input=["u1", "u1"]),
         ModelError,
-        r"channel name \['u1', 'u2'\] cannot be used",
+        "input names 'u1' 2 times",
+        "name each channel once",
+    ),
+    "delays that do not fit the inputs": (
+        lambda _: OutputError(input=["u1", "u2"], delay=[1, 2, 3]),
+        ModelError,
+        r"delay = \[1, 2, 3\] does not fit",
+        r"give one number for all paths, .* as in \[1, 1\]",
+    ),
+    "a name that is no text": (
+        lambda _: OutputError(input=1),  # type: ignore[arg-type]
+        ModelError,
+        "channel name 1 cannot be used",
         "give one name",
     ),
     "a frame without times": (

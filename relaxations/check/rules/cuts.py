@@ -13,6 +13,7 @@ weights w >= 0, ``objective >= objective - sum w C >= objective - sum w U``, whi
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
@@ -28,6 +29,7 @@ class _Split:
     """A cut by inner variables, -1 for none: terms in the outer ones, whole numbers over one denominator."""
 
     parts: dict[int, list[tuple[Monomial, int]]]
+    outer: set[Monomial]  # that occur in the terms
     denominator: int
     rad: Terms  # radii of the coefficients, with monomials in all variables
 
@@ -40,11 +42,14 @@ def cuts(step: Cuts, context: Context, _: Prove) -> list[Theorem]:
         low, high = context.ends(v)
         in_t[v] = affine((low + high) / 2, (high - low) / 2, v)
     residual = substituted(step.objective, in_t, context.work).plus(Polynomial())
+    expanded: dict[Monomial, Terms] = {}
     for number, weight in step.weights:
         context.require(weight >= 0, f"weight >= 0 fails: {shown(weight)}")
         split = _split(number, step.outer, context)
         unknown = sum((rad * size(m, context) for m, rad in split.rad.items()), ZERO)
-        upper = Polynomial(_upper(split, in_t, context), {(): unknown} if unknown else {})
+        for m in split.outer - expanded.keys():
+            expanded[m] = substituted(Polynomial({m: ONE}), in_t, context.work).mid
+        upper = Polynomial(_upper(split, expanded, context), {(): unknown} if unknown else {})
         residual.add(upper, -weight)
     return [reached(context, step.objective, step.bound, residual)]
 
@@ -68,25 +73,32 @@ def _split(number: int, outer: frozenset[int], context: Context) -> _Split:
             own = tuple(v for v in m if v in outer)
             whole = value.numerator * (denominator // value.denominator)
             parts.setdefault(inner[0] if inner else -1, []).append((own, whole))
-        memory[number, outer] = _Split(parts, denominator, total.rad)
+        used = {m for terms in parts.values() for m, _ in terms}
+        memory[number, outer] = _Split(parts, used, denominator, total.rad)
     found: _Split = memory[number, outer]
     return found
 
 
-def _upper(split: _Split, in_t: dict[int, Polynomial], context: Context) -> Terms:
-    """Return U: a polynomial in t that is at least the cut, but for the radii of its coefficients."""
+def _upper(split: _Split, expanded: Mapping[Monomial, Terms], context: Context) -> Terms:
+    """Return U: a polynomial in t that is at least the cut, but for the radii of its coefficients.
+
+    ``expanded`` gives the monomials in the outer variables as polynomials in t.
+    """
     # Integers over one denominator, because there are many coefficients.
-    used = {m for terms in split.parts.values() for m, _ in terms}
-    expanded = {m: substituted(Polynomial({m: ONE}), in_t, context.work).mid for m in used}
-    monomials = sorted({key for own in expanded.values() for key in own} | {()}, key=len)
-    unit = lcm(*(value.denominator for own in expanded.values() for value in own.values()))
-    rows = {m: [int(unit * own.get(key, 0)) for key in monomials] for m, own in expanded.items()}
+    terms_of = {m: expanded[m] for m in split.outer}
+    monomials = sorted({key for own in terms_of.values() for key in own} | {()}, key=len)
+    unit = lcm(*(value.denominator for own in terms_of.values() for value in own.values()))
+    place = {key: i for i, key in enumerate(monomials)}
+    rows = {m: [(place[key], int(unit * value)) for key, value in own.items()] for m, own in terms_of.items()}
     ends = {v: context.ends(v) for v in split.parts if v >= 0}
     wide = lcm(*(end.denominator for pair in ends.values() for end in pair))
     context.work.spend(1 + (sum(map(len, split.parts.values())) * len(monomials) + len(ends)) // 8)
     total, one = [0] * len(monomials), 1 << 53
     for z, terms in split.parts.items():
-        own = [sum([value * rows[m][i] for m, value in terms]) for i in range(len(monomials))]
+        own = [0] * len(monomials)
+        for m, value in terms:
+            for i, whole in rows[m]:
+                own[i] += value * whole
         factor = 2 * wide * one
         if z >= 0:
             low, high = (end.numerator * (wide // end.denominator) for end in ends[z])

@@ -7,11 +7,9 @@ and the multipliers are solved for these. What is claimed is what the checker's 
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -37,26 +35,23 @@ _HALVINGS = 1000  # of boxes for which they do not suffice
 Claim = dict[str, tuple[float, float]]
 
 
-def write_run_certificate(
-    file: str | Path, cover: Cover, bounds: Mapping[str, float], origin: Mapping[str, Any], say: Progress
-) -> Claim | None:
-    """Write the proof of a cover, and return the proven ends of each parameter; None where the set is proven empty.
+def run_certificate(
+    cover: Cover, bounds: Mapping[str, float], say: Progress
+) -> tuple[Claim | None, dict[str, Any] | None]:
+    """Return the proven ends of each parameter, None where the set is proven empty, and the content of the proof.
 
-    Where nothing is proven beyond the priors there is no file.
+    Where nothing is proven beyond the priors there is no content.
 
     Parameters
     ----------
     bounds
         Of each noisy channel, in its unit.
-    origin
-        Where model and data come from.
     say
         Called with a line of text now and then.
     """
     content = {
         "format": read.FORMAT,
         "version": read.VERSION,
-        "origin": origin,
         **run_statement(cover.record, bounds),
         "claim": None,
         "boxes": [],
@@ -66,11 +61,10 @@ def write_run_certificate(
     claim = walk.claim
     priors = {p.name: (p.lower, p.upper) for p in cover.record.model.parameters}
     if claim == priors:
-        return claim
+        return claim, None
     content["claim"] = claim and {name: [_end(low), _end(high)] for name, (low, high) in claim.items()}
     content["boxes"] = walk.boxes
-    Path(file).write_text(json.dumps(content, separators=(",", ":")) + "\n", encoding="utf-8")
-    return claim
+    return claim, content
 
 
 def run_statement(record: Record, bounds: Mapping[str, float]) -> dict[str, Any]:
@@ -187,7 +181,10 @@ class _Walk:
             if not (step.sources or step.sides):
                 break
             passes.append(
-                {"rows": step.sources, "sides": [[s.unknown, s.sign, s.shift, sum(s.terms, ())] for s in step.sides]}
+                {
+                    "rows": [list(source) for source in step.sources],
+                    "sides": [[s.unknown, s.sign, s.shift, list(sum(s.terms, ()))] for s in step.sides],
+                }
             )
             empty = not contract(ends, step, known, "the box")
         return passes, empty

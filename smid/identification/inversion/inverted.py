@@ -3,31 +3,27 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import sympy
 
 from relaxations.algebra.arrays import Array
 from relaxations.deadline import STOPS, check_time, stopped_by
-from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import Emptiness
-from relaxations.proof.proof_steps import Kinks, Step
 from relaxations.search.enclosure import Enclosure, Interval, Reason
 from smid.data import DataError, Dataset
-from smid.identification.encloser import Enclosed, Settings, is_tight, nearest_witness, where_open
+from smid.identification.encloser import Certified, Enclosed, Settings, is_tight, nearest_witness, where_open
 from smid.identification.estimate import CentreStatus
-from smid.identification.inversion.certificate import write_run_certificate
+from smid.identification.inversion.certificate import run_certificate
 from smid.identification.inversion.contraction import contracted
 from smid.identification.inversion.cover import Cover, heaviest
 from smid.identification.inversion.outermost import outermost
 from smid.identification.inversion.record import Record
 from smid.identification.windows.scan import Scan
 from smid.models import Model, ModelError
-from smid.verification.origin import source_of
 
 NAME = "inversion"
 MOST = 20_000
@@ -125,21 +121,16 @@ class Inverted:
         """Return the samples that carry most of the proof of an empty set, with their shares."""
         return tuple((self.data.experiments[e].name, sample, share) for e, sample, share in heaviest(self.cover))
 
-    def proof(self) -> tuple[PolynomialProblem, Sequence[Step], Kinks | None]:
-        """Raise an error: the proof is about no polynomials, and `certify` writes it."""
-        raise NotImplementedError
-
-    def certify(self, file: str | Path, found: Enclosed) -> Enclosed:
-        """Write the proof, and return what was found with the ends that the file proves."""
-        origin = source_of(self.data, self.model.channels)
-        claim = write_run_certificate(file, self.cover, self.bounds, origin, self.settings.progress or (lambda _: None))
+    def certified(self, found: Enclosed) -> Certified:
+        """Return the certificate of the cover, and what was found with the ends that its checker proves."""
+        claim, content = run_certificate(self.cover, self.bounds, self.settings.progress or (lambda _: None))
+        own = () if content is None else (content,)
         if claim is None or found.enclosure is None:
-            return found
+            return Certified(found, own)
         if found.reason is Reason.EMPTY:
             # Its arithmetic is not the search's: a proof that hangs by a rounding may fail.
-            Path(file).unlink(missing_ok=True)
             self._not_written = " No certificate is written: the checker's arithmetic does not prove it."
-            return found
+            return Certified(found, ())
         intervals = tuple(
             replace(i, lower=low, upper=high, from_box=(low <= p.lower, high >= p.upper))
             for i, p in zip(found.enclosure.intervals, self.model.parameters, strict=True)
@@ -147,7 +138,8 @@ class Inverted:
         )
         tight = all(is_tight(i, self.settings.tolerance) for i in intervals)
         reason = found.reason if tight else where_open(found.reason)
-        return replace(found, reason=reason, enclosure=replace(found.enclosure, intervals=intervals, reason=reason))
+        enclosure = replace(found.enclosure, intervals=intervals, reason=reason)
+        return Certified(replace(found, reason=reason, enclosure=enclosure), own)
 
     def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
         """Decide whether the centres fit, from some initial states."""

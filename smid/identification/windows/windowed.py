@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array, Index
 from relaxations.deadline import STOPS, Progress, stopped_by
-from relaxations.problem.problem import PolynomialProblem
-from relaxations.proof.proof_steps import Step
 from relaxations.search.enclosure import Enclosure, Reason
 from smid.data import DataError, Dataset
 from smid.data.window import Window, cut_all, windows_before
@@ -19,6 +17,7 @@ from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.template import Templates
 from smid.fitting.fit import Fitting
 from smid.identification.encloser import (
+    Certified,
     Enclosed,
     Settings,
     is_tight,
@@ -156,10 +155,13 @@ class Windowed:
         loose = [k for k, interval in enumerate(intervals) if not is_tight(interval, self.settings.tolerance)]
         return [points[np.argmin(sign * points[:, k])] for k in loose for sign in (1, -1)]
 
-    def proof(self) -> tuple[PolynomialProblem, Sequence[Step], None]:
-        """Return the problem of the windows, and the steps."""
-        assert self._inner is not None
-        return self._inner.proof()
+    def certified(self, found: Enclosed) -> Certified:
+        """Return the proof on the windows as a certificate, which states them."""
+        if self._inner is None:
+            return Certified(found, ())
+        origin = {"windows": [window.to_dict() for window in self._windows]}
+        inner = self._inner.certified(found).certificates
+        return Certified(found, tuple({**content, "origin": origin} for content in inner))
 
     def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
         """Decide whether the centres fit the whole record; where not, return the nearest parameters that do."""

@@ -56,6 +56,12 @@ def test_the_text_of_a_model_file_is_written_as_it_was_given(text, tmp_path, mon
     assert (tmp_path / "given.toml").read_text("utf-8").splitlines() == text.splitlines()
 
 
+def test_several_channels_are_stated_in_a_built_in_model():
+    several = {"role:TI-1": "input", "OutputError.delay": "1, 3"}
+    code = code_of("model", FIELDS | several, ALL)
+    assert 'input=["u", "TI_1"], output=["y"], na=2, delay=[1, 3]' in code
+
+
 def test_one_number_may_stand_for_a_list():
     assert "inverse_powers=[2]" in code_of("model", {"class": "Wiener", "Wiener.inverse_powers": "2"}, ALL)
 

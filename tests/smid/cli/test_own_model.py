@@ -79,6 +79,39 @@ def test_identify_does_what_python_does_and_its_result_serves_all_commands(smid)
         assert "temperature" in result.stdout
 
 
+BUILT_IN = """
+class = "OutputError"
+input = ["pump", "heater"]
+output = ["level", "temperature"]
+na = [1, 2]
+nb = [[0, 0], [0, 1]]
+delay = [[1, 1], [2, 1]]
+stable = true
+[bounds]
+b0_temperature_pump = [-5, 5]
+b0_temperature_heater = [-5, 5]
+b1_temperature_heater = [-5, 5]
+[fixed]
+b0_level_heater = 0
+"""
+
+
+def test_a_built_in_model_states_the_same_plant(smid):
+    # The level heats the second tank, so the temperature has the poles of both.
+    Path("built_in.toml").write_text(BUILT_IN, encoding="utf-8")
+    write_tank("tank3.csv", seed=3, count=30)
+    result = smid(f"identify tank3.csv --model built_in.toml {NAMED} --json est.json")
+    assert result.exit_code == 0, result.output
+    estimate = json.loads(Path("est.json").read_text())["estimate"]
+    assert estimate["noise_bound"] == BOUNDS
+    a, b, c, d, e = TRUE.values()
+    truth = {"a1_level": -a, "b0_level_pump": b, "a1_temperature": -a - c, "a2_temperature": a * c}
+    truth |= {"b0_temperature_pump": d * b, "b0_temperature_heater": e, "b1_temperature_heater": -a * e}
+    assert truth.keys() == {interval["name"] for interval in estimate["parameters"]}
+    for interval in estimate["parameters"]:
+        assert interval["lower"] <= truth[interval["name"]] <= interval["upper"]
+
+
 def test_the_least_bound_of_one_output_lies_below_the_noise(smid):
     result = smid("error-bound tank.csv --model tank.toml --noise-bound temperature=0.1 --json least.json")
     assert result.exit_code == 0, result.output
@@ -124,6 +157,9 @@ MISTAKES = {
     "identify tank.csv --model tank.toml --noise-bound level=0.1,levle=0.2": "'levle' is none of level, temperature",
     "identify tank.csv --model tank.toml --noise-bound level=0.1,level=0.2": "two bounds of 'level'",
     "identify tank.csv --model model.toml --input pump --input heater --output level": "not have the channel 'pump'",
+    "identify tank.csv --model model.toml --input pump --input heater --output level --noise-bound 1": (
+        'state all inputs in the model, as in input = ["pump", "heater"]'
+    ),
     "identify run.csv --model model.toml --input u --output y --output u": "'u'",
     "identify run.csv --model tank.toml --noise-bound 0.1": "no column 'pump'",
     "identify run.csv --input u --output y --model tank.toml --noise-bound 0.1": "needs the channel 'pump'",

@@ -1,22 +1,30 @@
 """Outliers anywhere: the truth is inside, what is spoilt is found, and nothing is stated that does not hold."""
 
+import copy
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from relaxations import check
 from relaxations.search.enclosure import Reason
 from smid import (
+    DataError,
     Dataset,
     EmptyFeasibleSetError,
     ErrorsInVariables,
     Estimate,
     ModelError,
     OutputError,
+    OwnModel,
     identify,
     projections,
     step,
 )
 from smid.data.window import Window
+from smid.verification import NotProvenError, verify
 
 BOUND = 0.05
 MODEL = OutputError(na=1, nb=0, stable=True)
@@ -114,13 +122,11 @@ def test_an_interrupt_keeps_what_is_proven():
     assert identify(MODEL, data, BOUND, outliers=3, seconds=0.01).reason is Reason.TIME
 
 
-def test_what_rests_on_trusted_samples_is_refused(spoilt, tmp_path):
-    data, _, estimate = spoilt
+def test_what_rests_on_trusted_samples_is_refused(spoilt):
+    _, _, estimate = spoilt
     for ask in (step, projections):
         with pytest.raises(ModelError, match="allow outliers"):
             ask(estimate)
-    with pytest.raises(ModelError, match="leave certificate out"):
-        identify(MODEL, data, BOUND, outliers=1, certificate=tmp_path / "proof.json")
 
 
 @pytest.mark.parametrize("outliers", [-1, 1.5, True, "2"])
@@ -144,3 +150,107 @@ def test_a_window_without_others():
     assert whole.without([Window(0, 3, 4), Window(1, 0, 9), Window(0, 8, 12)]) == [Window(0, 0, 2), Window(0, 5, 7)]
     assert whole.without([Window(0, 0, 9)]) == []
     assert whole.without([]) == [whole]
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory) -> tuple[Dataset, dict, Estimate]:
+    data, _ = record(60, 2, 1)
+    file = tmp_path_factory.mktemp("proof") / "proof.json"
+    estimate = identify(MODEL, data, BOUND, outliers=2, tolerance=1e-2, certificate=file)
+    return data, check.read(file), estimate
+
+
+def verified(content: dict, data: Dataset, folder: Path, model=MODEL):
+    file = folder / "changed.json"
+    file.write_text(json.dumps(content), encoding="utf-8")
+    return verify(file, data, model, BOUND)
+
+
+def test_the_certificate_proves_the_published_ends(kept, tmp_path):
+    data, content, estimate = kept
+    plain = identify(MODEL, data, BOUND, outliers=2, tolerance=1e-2)
+    found = verified(content, data, tmp_path)
+    for interval in estimate:
+        assert found.intervals[interval.name] == (interval.lower, interval.upper)
+        assert interval.lower == pytest.approx(plain[interval.name].lower, abs=1e-6)
+    assert holds_truth(estimate)
+    assert "outliers: at most 2 samples of each output" in str(found)
+    assert sum(len(one["spoilt"]) for one in content["rounds"]) == 2
+
+
+def test_a_certificate_of_too_many_outliers_is_verified(tmp_path):
+    data, _ = record(120, 4, 2)
+    with pytest.raises(EmptyFeasibleSetError):
+        identify(MODEL, data, BOUND, outliers=1, certificate=tmp_path / "proof.json")
+    assert verify(tmp_path / "proof.json", data, MODEL, BOUND).empty
+
+
+def moved(windows: list[list[int]], by: int) -> None:
+    for window in windows:
+        window[1:] = [window[1] + by, window[2] + by]
+
+
+def last_part(content: dict) -> dict:
+    return content["rounds"][-1]["parts"][0]
+
+
+CHANGES = {
+    "a part of other samples": lambda c: moved(c["rounds"][0]["parts"][1]["windows"], -1),
+    "exchanged parts": lambda c: c["rounds"][0]["parts"][0].update(windows=c["rounds"][0]["parts"].pop()["windows"]),
+    "a stretch of other samples": lambda c: moved(c["rounds"][0]["spoilt"][0]["windows"], 1),
+    "a shorter stretch, so that a later part has its samples": lambda c: c["rounds"][0]["spoilt"][0].update(
+        windows=[[0, *(2 * [c["rounds"][0]["spoilt"][0]["windows"][0][1]])]]
+    ),
+    "fewer outliers than stated": lambda c: c.update(outliers=1),
+    "more outliers stated": lambda c: c["origin"].update(outliers=5),
+    "a box that is not the prior": lambda c: c.update(box=[["-0x1p-1", "0x1p+0"], c["box"][1]]),
+    "another noise bound": lambda c: c["origin"]["noise_bounds"].update(y=(0.04).hex()),
+    "another line": lambda c: c["origin"]["model"]["lines"].update(w="-a1*w[t - 1] + 2*b0*u[t - 1]"),
+    "samples that the data lack": lambda c: last_part(c).update(windows=[[0, 0, 99]]),
+    "an experiment that the data lack": lambda c: last_part(c).update(windows=[[1, 0, 59]]),
+    "a certificate of another box": lambda c: last_part(c)["certificates"][0]["box"].__setitem__(
+        0, ["0x0p+0", "0x1p+0"]
+    ),
+    "a wider bound of a noise": lambda c: last_part(c)["certificates"][0]["box"].__setitem__(5, ["-0x1p-1", "0x1p-1"]),
+    "an equation of another datum": lambda c: last_part(c)["certificates"][0]["equalities"][2][0].__setitem__(0, 1),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_changed_certificate_is_refused(kept, tmp_path, change):
+    data, content, _ = kept
+    content = copy.deepcopy(content)
+    CHANGES[change](content)
+    with pytest.raises((NotProvenError, ModelError, DataError)):
+        verified(content, data, tmp_path)
+
+
+def test_a_changed_sample_is_named(kept, tmp_path):
+    data, content, _ = kept
+    y = data.values("y").copy()
+    y[30] += 0.01
+    other = Dataset.from_arrays(input={"u": data.values("u")}, output={"y": y}, sampling_time=1.0)
+    with pytest.raises(DataError, match="differs first at sample 30"):
+        verified(content, other, tmp_path)
+
+
+def test_the_inversion_has_a_certificate_with_outliers(tmp_path):
+    # The same model with a root, which is no polynomial.
+    rng = np.random.default_rng(3)
+    u = np.repeat(rng.uniform(0.5, 1.5, 6), 4)
+    y = lfilter([0, 0.5], [1, -0.7], np.sqrt(u)) + rng.uniform(-BOUND, BOUND, len(u))
+    y[12] += 2
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    model = OwnModel(["w[t] = a*w[t-1] + b*sqrt(u[t-1])"], {"y": "w"}, ["u"], {"a": [0.2, 1], "b": [0, 2]})
+    file = tmp_path / "proof.json"
+    plain = identify(model, data, BOUND, outliers=1, tolerance=0.1, nodes=200)
+    estimate = identify(model, data, BOUND, outliers=1, tolerance=0.1, nodes=200, certificate=file)
+    assert plain["a"].lower <= 0.7 <= plain["a"].upper
+    assert estimate["a"].lower <= 0.7 <= estimate["a"].upper
+    found = verify(file, data, model, BOUND)
+    for interval in estimate:
+        assert found.intervals[interval.name] == (interval.lower, interval.upper)
+    content = check.read(file)
+    CHANGES["a part of other samples"](content)
+    with pytest.raises(NotProvenError):
+        verified(content, data, tmp_path, model)

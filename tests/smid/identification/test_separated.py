@@ -1,12 +1,18 @@
 """Outputs that share nothing are identified apart: the intervals are those of all equations together."""
 
+import json
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from relaxations import check
+from relaxations.check import bundle
 from relaxations.search.enclosure import Reason
 from smid import CentreStatus, Dataset, EmptyFeasibleSetError, OwnModel, identify
 from smid.identification.separated import separate
+from smid.identification.windows import windowed
+from smid.verification import NotProvenError, verify
 
 BOUND = {"y1": 0.05, "y2": 0.02}
 TRUTH = {"a": -0.7, "b": 0.5, "c": 1.0, "d": 0.4, "e": -0.3}
@@ -80,3 +86,50 @@ def test_a_part_without_a_box_leaves_the_others_as_they_are():
     free = BOX | {"e": [-np.inf, np.inf]}
     found = identify(model(parameters=free), record(), BOUND, tolerance=1e-2)
     assert found["e"].lower <= TRUTH["e"] <= found["e"].upper
+
+
+def test_one_file_holds_the_certificates_of_all_parts(tmp_path):
+    file, data = tmp_path / "proof.json", record()
+    estimate = identify(model(), data, BOUND, certificate=file)
+    content = check.read(file)
+    assert len(list(bundle.certificates(content))) == 2
+    found = verify(file, data, model(), BOUND)
+    assert found.intervals == {i.name: (i.lower, i.upper) for i in estimate}
+    # Without the certificate of one part its parameters have their priors.
+    del content["rounds"][0]["parts"][0]["certificates"][0]
+    file.write_text(json.dumps(content), encoding="utf-8")
+    fewer = verify(file, data, model(), BOUND).intervals
+    assert fewer == found.intervals | {"a": (-1, 1), "b": (-3, 3), "c": (-3, 3)}
+    # The equations of one part are not those of the other.
+    (own,) = content["rounds"][0]["parts"][0]["certificates"]
+    own["equalities"][0], own["equalities"][1] = own["equalities"][1], own["equalities"][0]
+    file.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(NotProvenError):
+        verify(file, data, model(), BOUND)
+
+
+def test_a_part_that_is_proven_empty_is_certified(tmp_path):
+    file, data = tmp_path / "proof.json", record(spoilt=1.0)
+    with pytest.raises(EmptyFeasibleSetError):
+        identify(model(), data, BOUND, certificate=file)
+    assert verify(file, data, model(), BOUND).empty
+
+
+def test_the_certificates_of_windows_are_verified(tmp_path, monkeypatch):
+    monkeypatch.setattr(windowed, "LONG", 100)
+    monkeypatch.setattr(windowed, "_SHARE", 1.0)
+    rng = np.random.default_rng(1)
+    u = np.repeat(rng.uniform(-1, 1, (2, 40)), 4, axis=1)
+    y1 = lfilter([0, 1], [1, -0.7], 0.5 * u[0] + u[1]) + rng.uniform(-0.05, 0.05, 160)
+    y2 = lfilter([0, -0.3], [1, 0.4], u[0]) + rng.uniform(-0.02, 0.02, 160)
+    data = Dataset.from_arrays(input={"u1": u[0], "u2": u[1]}, output={"y1": y1, "y2": y2}, sampling_time=1.0)
+    file = tmp_path / "proof.json"
+    estimate = identify(model(), data, BOUND, tolerance=0.1, certificate=file)
+    assert estimate.windows
+    assert verify(file, data, model(), BOUND).intervals == {i.name: (i.lower, i.upper) for i in estimate}
+    content = check.read(file)
+    (first, _) = bundle.certificates(content)
+    first["origin"]["windows"][0]["last"] -= 1
+    file.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(NotProvenError):
+        verify(file, data, model(), BOUND)

@@ -1,6 +1,7 @@
 """Without hidden states: every run fulfils the lines that are left, and intervals need no box of the states."""
 
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from relaxations.search.enclosure import Reason
 from smid import Dataset, Model, OutputError, OwnModel, identify, verify
 from smid.feasible.feasible_set import FeasibleSet
-from smid.feasible.template import Templates
+from smid.feasible.template import Templates, is_polynomial
 from smid.identification.windows.whole_record import suits
 from smid.models.hidden_states import without_hidden_states
 from smid.models.simulate import predict, simulate
@@ -167,3 +168,61 @@ def test_coulomb_friction_of_a_hidden_speed():
     assert not estimate.unbounded
     assert estimate["b"].lower <= 3.0 <= estimate["b"].upper
     assert estimate["F"].lower <= 0.2 <= estimate["F"].upper
+
+
+def masses(seen: str) -> Model:
+    """Two masses with a spring and a damper between them, by the trapezoidal rule: coefficients are quotients."""
+    equations = [
+        "push[t] = b*u[t-1]",
+        "coasting[t] = (push[t] - (1 - 2*z*T)*force[t-1])/(1 - r)",
+        "force[t] = (twist[t-1] + slip[t-1] + coasting[t]/2)/(T**2 + (1 + 2*z*T)/(1 - r)/2)",
+        "slip[t] = slip[t-1] + coasting[t] - (1 + 2*z*T)*force[t]/(1 - r)",
+        "twist[t] = twist[t-1] + (slip[t-1] + slip[t])/2",
+        f"w[t] = 0.9*w[t-1] + push[t] + {seen}",
+    ]
+    box = {"b": [0, 2], "r": [0.02, 0.95], "z": [0, 1], "T": [0.1, 5]}
+    return OwnModel(equations, {"y": "w"}, ["u"], box)
+
+
+@pytest.mark.parametrize("seen", ["r*(slip[t] - slip[t-1])", "r*slip[t] - twist[t]/3"])
+def test_quotients_are_eliminated_in_seconds_and_refused_as_no_polynomial(seen):
+    model = masses(seen)
+    began = process_time()
+    plain = without_hidden_states(model)
+    assert not plain.discretised().states or "slip" not in plain.states
+    assert not is_polynomial(model)
+    assert process_time() - began < 10
+    values = {"b": 0.7, "r": 0.3, "z": 0.1, "T": 1.3}
+    u = np.random.default_rng(0).uniform(-1, 1, 40)
+    run = simulate(model, {"u": u}, values)["y"]
+    # The line that is left predicts the run from its own past.
+    left = predict(plain, {"u": u, "y": run}, values)["y"]
+    np.testing.assert_allclose(left[8:], run[8:], atol=1e-9)
+
+
+def test_a_quotient_that_cancels_is_a_polynomial():
+    scaled = OwnModel(["h[t] = a*h[t-1] + u[t-1]/c", "w[t] = c*h[t]"], {"y": "w"}, ["u"], {"a": [-1, 1], "c": [1, 2]})
+    assert is_polynomial(scaled)
+    assert [str(line) for line in without_hidden_states(scaled).lines] == ["w[t] = a*w[t - 1] + u[t - 1]"]
+
+
+def test_other_functions_of_parameters_are_coefficients_like_any_other():
+    model = OwnModel(
+        ["h[t] = exp(-a)*h[t-1] + sqrt(2)*u[t-1]", "w[t] = w[t-1]/2 + h[t-1]"], {"y": "w"}, ["u"], {"a": [0, 1]}
+    )
+    u = np.random.default_rng(1).uniform(-1, 1, 30)
+    run = simulate(model, {"u": u}, {"a": 0.4})["y"]
+    plain = without_hidden_states(model)
+    assert plain.states == ("w",)
+    np.testing.assert_allclose(predict(plain, {"u": u, "y": run}, {"a": 0.4})["y"][4:], run[4:], atol=1e-12)
+
+
+def test_kinks_of_kinks_are_told_line_by_line():
+    # Put into each other, they would take minutes.
+    equations = ["h0[t] = a*h0[t-1] + u[t-1]"]
+    for k in range(1, 9):
+        equations.append(f"h{k}[t] = h{k - 1}[t] - Max(-c, Min(c, h{k - 1}[t] + a*h{k - 1}[t-1]))/(1 + a)")
+    model = OwnModel([*equations, "w[t] = a*w[t-1] + h8[t]"], {"y": "w"}, ["u"], {"a": [0, 0.5], "c": [0, 1]})
+    began = process_time()
+    assert without_hidden_states(model) == model
+    assert process_time() - began < 2
