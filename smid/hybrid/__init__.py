@@ -20,14 +20,17 @@ from smid.hybrid.analysis import Requirement, learned_response, network_alone, p
 from smid.hybrid.back_couplings import EXTRA, SIMPLE, STATIC, BackCouplings, BackCouplingWarning
 from smid.hybrid.cost_surface import CostSurface, cost_surface
 from smid.hybrid.embedded import embedded
-from smid.hybrid.estimate import HybridEstimate, estimate
+from smid.hybrid.estimate import HybridEstimate, StalledFitWarning, estimate
 from smid.hybrid.free_run_error import FreeRunError, FreeRuns
-from smid.hybrid.hybrid_model import HYBRID, HybridModel
-from smid.hybrid.neural import NeuralTerm, network_of, with_network
+from smid.hybrid.hybrid_model import HYBRID, HybridModel, Placed
+from smid.hybrid.network_only import network_only
+from smid.hybrid.neural import NeuralTerm, network_of, network_output, with_network
 from smid.hybrid.parallel import parallel
 from smid.hybrid.series import series
 from smid.hybrid.simultaneous import simultaneous
 from smid.hybrid.topology import Topology
+from smid.hybrid.trained_range import Extrapolation, TrainedRange, extrapolation
+from smid.hybrid.upstream import upstream
 
 __all__ = [
     "EXTRA",
@@ -37,24 +40,32 @@ __all__ = [
     "BackCouplingWarning",
     "BackCouplings",
     "CostSurface",
+    "Extrapolation",
     "FreeRunError",
     "FreeRuns",
     "HybridEstimate",
     "HybridModel",
     "NeuralTerm",
+    "Placed",
     "Requirement",
+    "StalledFitWarning",
     "Topology",
+    "TrainedRange",
     "cost_surface",
     "embedded",
     "estimate",
+    "extrapolation",
     "learned_response",
     "network_alone",
     "network_of",
+    "network_only",
+    "network_output",
     "parallel",
     "pulse_transfer",
     "required",
     "series",
     "simultaneous",
     "transfer",
+    "upstream",
     "with_network",
 ]
