@@ -10,7 +10,8 @@ The residual is the output error one step ahead ("prediction", past outputs are 
 - Initial states, also of hidden states, are estimated together with the parameters (`smid.fitting.fit`).
 - Safeguard: steps are projected on the parameters' boxes. Where the run diverges, the error is infinite, so no step
   goes there. A descent that stalls is told.
-- Against overfitting: a penalty of squared weights, and early stopping on the last part of each experiment.
+- Against overfitting: a penalty of squared weights, by default the one that the data tell
+  (`smid.hybrid.regularisation`), or early stopping on the last part of each experiment.
 
 Reference: hybrid thesis, sections 3.4 and 4.2; Nguyen and Widrow, IJCNN 1990; Prechelt (1998) (early stopping).
 """
@@ -34,6 +35,7 @@ from smid.hybrid.back_couplings import warn_of_few_couplings
 from smid.hybrid.hybrid_model import HybridModel, bound_to
 from smid.hybrid.neurons import NEURONS
 from smid.hybrid.problem import HybridError, hybrid_error, output_slopes
+from smid.hybrid.regularisation import FIRST, regularised, weight_groups, with_penalty
 from smid.hybrid.trained_range import TrainedRange, network_inputs, trained_ranges
 from smid.models import Model, ModelError, Parameter
 from smid.models.errors import refuse_unknown
@@ -167,7 +169,7 @@ def estimate(
     method: Method = levenberg_marquardt,
     starts: int = 5,
     iterations: int = 300,
-    regularisation: float = 0.0,
+    regularisation: float | None = None,
     validation: float = 0.0,
     seed: int | np.random.Generator,
     progress: ProgressCallback | None = None,
@@ -191,8 +193,8 @@ def estimate(
     iterations
         Maximum number of steps from each start.
     regularisation
-        Penalty of each squared, scaled weight, against the mean squared error in standard deviations. 1e-4 smooths a
-        little.
+        Penalty of each squared, scaled weight, against the sum of squared errors in standard deviations. By default it
+        is found from the data; with `validation` it is zero.
     validation
         Share of the used samples, the last of each experiment, that stop the descents early and choose the start.
     progress
@@ -239,9 +241,11 @@ def estimate(
     # Descend from random hidden weights: one step ahead, and from there in a free run.
     generator = np.random.default_rng(seed)
     points = [{**alone, **_hidden_weights(hybrid, generator)} for _ in range(starts)]
-    stages = _Stages(hybrid, data, training, method, iterations, regularisation)
+    found_from_data = regularisation is None and not validation
+    penalty = FIRST if found_from_data else regularisation or 0.0
+    stages = _Stages(hybrid, data, training, method, iterations, penalty)
     begun = [stages.begin(values, error) for values in points]
-    problem = hybrid_error(stages.fitting(error), hybrid, begun[0], regularisation)
+    problem = stages.problem(error, begun[0])
     thetas = [problem.theta(values) for values in begun]
     check = Fitting(hybrid.model, data, checking) if error == "simulation" else _ahead(hybrid.model, data, checking)
     check.start(begun[0])
@@ -254,14 +258,18 @@ def estimate(
         patience=_PATIENCE if validation else iterations,
         progress=progress,
     )
+    theta = search.theta
+    if found_from_data:
+        problem, last = regularised(problem, hybrid, theta, method, iterations)
+        theta = last.theta
     # Run freely over everything; a prediction fit still needs initial states.
-    values = problem.values(search.theta)
+    values = problem.values(theta)
     free_run = Fitting(hybrid.model, data, masks)
     if error == "prediction":
         vector, cost = free_run.solve(free_run.start(values), held=free_run.run.parameters)
     else:
         free_run.start(values)
-        vector = problem.vector(search.theta)
+        vector = problem.vector(theta)
         cost = float(np.sum(free_run.residual(vector) ** 2))
     found = free_run.result(vector, cost)
     hybrid = replace(hybrid, model=found.model)
@@ -272,11 +280,11 @@ def estimate(
     return result
 
 
-def _check_options(error: str, starts: int, iterations: int, regularisation: float, validation: float) -> None:
+def _check_options(error: str, starts: int, iterations: int, regularisation: float | None, validation: float) -> None:
     refuse_unknown("error", [error], ERRORS)
     if starts < 1 or iterations < 1:
         raise ModelError(f"starts = {starts}, iterations = {iterations}: give positive numbers")
-    if not 0 <= regularisation < np.inf:
+    if regularisation is not None and not 0 <= regularisation < np.inf:
         raise ModelError(f"regularisation = {regularisation}: give 0 or a small positive number, such as 1e-4")
     if not 0 <= validation <= 0.5:
         raise ModelError(f"validation = {validation}: give a share of the samples between 0 and 0.5")
@@ -297,16 +305,21 @@ class _Stages:
     used: Masks
     method: Method
     iterations: int
-    regularisation: float
+    penalty: float
 
     def fitting(self, error: str) -> Fitting:
         return (_ahead if error == "prediction" else Fitting)(self.hybrid.model, self.data, self.used)
+
+    def problem(self, error: str, at: Mapping[str, float]) -> HybridError:
+        plain = hybrid_error(self.fitting(error), self.hybrid, at)
+        groups = weight_groups(plain, self.hybrid)
+        return with_penalty(plain, groups, [self.penalty] * len(groups))
 
     def begin(self, values: Mapping[str, float], error: str) -> Mapping[str, float]:
         """Return the better start of a free-run fit: the result of the prediction fit, or the first point."""
         if error == "prediction" or _has_sensor_curve(self.hybrid.model):
             return values
-        first = hybrid_error(self.fitting("prediction"), self.hybrid, values, self.regularisation)
+        first = self.problem("prediction", values)
         descent = descend(
             self.method, first, first.theta(values), iterations=self.iterations, patience=self.iterations
         )

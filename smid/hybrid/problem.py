@@ -85,17 +85,10 @@ class HybridError:
         )
 
 
-def hybrid_error(
-    fitting: Fitting, hybrid: HybridModel, at: Mapping[str, float], regularisation: float = 0.0
-) -> HybridError:
-    """Return the problem with the units that belong to the slopes at parameter values.
+def hybrid_error(fitting: Fitting, hybrid: HybridModel, at: Mapping[str, float]) -> HybridError:
+    """Return the problem, without a penalty, with the units that belong to the slopes at parameter values.
 
     Hidden weights have the unit 1, because the inputs of a network are scaled.
-
-    Parameters
-    ----------
-    regularisation
-        Penalty of each squared weight.
 
     Raises
     ------
@@ -109,13 +102,10 @@ def hybrid_error(
             f"the simulation of {hybrid.white.name!r} diverges on these data: start from other parameter values"
         )
     unit = np.where(slopes > _INSENSITIVE, 1.0 / np.maximum(slopes, _INSENSITIVE), np.maximum(np.abs(start), 1.0))
-    penalty = np.zeros(unit.size)
     for placed in hybrid.networks:
         hidden = len(placed.term.parameters) - len(placed.term.output_weights)
-        names = [parameter.name for parameter in placed.term.parameters]
-        unit[_places(fitting, names[:hidden])] = 1.0
-        penalty[_places(fitting, [name for name in names if "_w" in name])] = regularisation
-    return HybridError(fitting, unit, penalty)
+        unit[_places(fitting, (parameter.name for parameter in placed.term.parameters[:hidden]))] = 1.0
+    return HybridError(fitting, unit, np.zeros(unit.size))
 
 
 def output_slopes(fitting: Fitting, vector: Array) -> Array | None:

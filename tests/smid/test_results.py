@@ -26,7 +26,7 @@ from smid.data.bundled import record_path
 from smid.design import InputFamily, d_optimal, fisher_information, shrinking_input
 from smid.diagnosis import Cause, CauseParameter, Fault, Rival
 from smid.display.result import Tabular, optional, plain
-from smid.hybrid import BackCouplings, CostSurface, HybridEstimate, required, series
+from smid.hybrid import BackCouplings, CostSurface, HybridEstimate, TrainedRange, required, series
 from smid.hybrid.estimate import ERRORS
 from smid.identification.lowest_order import OrderStep
 from smid.models import Reactor
@@ -178,7 +178,9 @@ def networks():
     weights = {parameter.name: 0.1 for parameter in hybrid.term.parameters}
     estimated = dataclasses.replace(hybrid, model=hybrid.model.with_values(weights))
     fit = smid.fitting.fit.Fit(estimated.model, ({},), ({"y": np.ones(3)},), 0.5, 4)
-    yield HybridEstimate(estimated, fit, MultiStart(training.search.descents))
+    trained = (TrainedRange("N", "u[t]", 0.0, 1.0),)
+    data = smid.Dataset.from_arrays(input={"u": np.ones(3)}, output={"y": np.ones(3)}, sampling_time=1.0)
+    yield HybridEstimate(estimated, fit, MultiStart(training.search.descents), trained, data, (np.ones(3, bool),))
 
 
 def reactor():

@@ -157,8 +157,8 @@ def test_units_of_channels_do_not_matter():
         hybrid = parallel(white, EXTRA, (2,))
         found = estimate(hybrid, data, starts=1, iterations=60, seed=1)
         errors.append(found.rmse["y"] / np.std(unit * y))
-    assert max(errors) < 0.02
-    assert errors[1] == pytest.approx(errors[0], rel=0.05)
+    assert max(errors) < 0.05
+    assert errors[1] == pytest.approx(errors[0], rel=1e-4)
 
 
 @pytest.mark.parametrize(
