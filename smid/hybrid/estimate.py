@@ -121,9 +121,13 @@ class HybridEstimate(Result):
         ends = [p for p in self.model.parameters if _at_an_end(p, self.model.values.get(p.name, np.nan))]
         for p in ends:
             if p.name not in weights:
-                told.append(f"{p.name} = {self.model.values[p.name]:.4g} {p.unit}".rstrip() + " lies at an end of its box.")
+                told.append(
+                    f"{p.name} = {self.model.values[p.name]:.4g} {p.unit}".rstrip() + " lies at an end of its box."
+                )
         if count := sum(p.name in weights for p in ends):
-            told.append(f"Weights at their limit: {count}. The law that is learned may be steeper, or need less neurons.")
+            told.append(
+                f"Weights at their limit: {count}. The law that is learned may be steeper, or need less neurons."
+            )
         return tuple(told)
 
     @property
@@ -320,9 +324,7 @@ class _Stages:
         if error == "prediction" or _has_sensor_curve(self.hybrid.model):
             return values
         first = self.problem("prediction", values)
-        descent = descend(
-            self.method, first, first.theta(values), iterations=self.iterations, patience=self.iterations
-        )
+        descent = descend(self.method, first, first.theta(values), iterations=self.iterations, patience=self.iterations)
         free_run = self.fitting("simulation")
         points = [{**values, **first.values(descent.theta)}, dict(values)]
         return min(points, key=lambda point: _mean_square(free_run, free_run.start(point)))

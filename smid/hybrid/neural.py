@@ -27,7 +27,7 @@ from relaxations.algebra.arrays import Array
 from smid.hybrid.neurons import NEURONS
 from smid.models import Model, ModelError, Parameter
 from smid.models.errors import refuse_unknown
-from smid.models.symbols import canonical, number, swapped
+from smid.models.symbols import as_written, canonical, number, rewritten, unevaluated
 from smid.networks import Scaling, TanhNetwork, fold
 
 __all__ = ["NeuralTerm", "network_of", "network_output", "with_network", "without_network"]
@@ -172,9 +172,19 @@ def without_network(model: Model, term: NeuralTerm, instead: sympy.Expr, paramet
     return replace(
         model,
         parameters=(*(item for item in model.parameters if item.name not in names), *parameters),
-        lines=tuple(replace(line, expression=swapped(line.expression, swap)) for line in model.lines),
+        lines=tuple(replace(line, expression=rewritten(line.expression, dict(swap), _cut)) for line in model.lines),
         values={name: value for name, value in model.values.items() if name not in names},
     )
+
+
+def _cut(node: sympy.Expr, arguments: list[sympy.Expr]) -> sympy.Expr:
+    """Return a node without terms of zero, so that nothing is left of the neurons."""
+    if node.is_Mul and 0 in arguments:
+        return sympy.Integer(0)
+    kept = [item for item in arguments if item != 0] if node.is_Add else arguments
+    if len(kept) == len(arguments):
+        return as_written(node, arguments)
+    return unevaluated(sympy.Add, kept) if len(kept) > 1 else sum(kept, sympy.Integer(0))
 
 
 def network_output(model: Model, term: NeuralTerm, inputs: ArrayLike) -> Array:

@@ -73,6 +73,8 @@ def parallel(
     before = whole(white)
     shown, result = output_measurement(before, output), hybrid_name(before)
     w, hybrid = signal(shown.signal)[t], signal(result)[t]
-    term = NeuralTerm(name, couplings.samples([signal(item) for item in before.inputs], hybrid - w), hidden, neuron=neuron)
+    term = NeuralTerm(
+        name, couplings.samples([signal(item) for item in before.inputs], hybrid - w), hidden, neuron=neuron
+    )
     model = measure_instead(before.with_line(result, w + term.expression, term.parameters), shown, result)
     return joined(white, model, Placed(term, Parallel.name, couplings))

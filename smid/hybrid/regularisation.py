@@ -72,8 +72,7 @@ def regularised(
         inverse = np.diag(np.linalg.pinv(system.gram * n, hermitian=True))
         power = (system.error - float(problem.penalty @ theta**2)) * n
         determined = [
-            max(float(np.sum(1.0 - size * inverse[group])), 1e-3)
-            for group, size in zip(groups, penalties, strict=True)
+            max(float(np.sum(1.0 - size * inverse[group])), 1e-3) for group, size in zip(groups, penalties, strict=True)
         ]
         noise = power / max(n - sum(determined), 1.0)
         before = penalties

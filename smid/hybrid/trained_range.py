@@ -134,7 +134,9 @@ def extrapolation(found: HybridEstimate, data: Dataset) -> Extrapolation:
     nothing = [np.zeros(run.n_samples, bool) for run in data.experiments]
     problem = Fitting(found.model, data, nothing)
     begun = problem.result(problem.start(found.model.values), 0.0)
-    inputs = network_inputs(found.hybrid, lambda model: Fitting(model, data, nothing), found.model.values, begun.initial)
+    inputs = network_inputs(
+        found.hybrid, lambda model: Fitting(model, data, nothing), found.model.values, begun.initial
+    )
     outside = [np.zeros(run.n_samples, bool) for run in data.experiments]
     for k, known in enumerate(found.trained):
         for mask, columns in zip(outside, inputs, strict=True):
@@ -172,7 +174,9 @@ def network_inputs(
     return found
 
 
-def trained_ranges(hybrid: HybridModel, inputs: Sequence[Array], used: Sequence[NDArray[np.bool_]]) -> tuple[TrainedRange, ...]:
+def trained_ranges(
+    hybrid: HybridModel, inputs: Sequence[Array], used: Sequence[NDArray[np.bool_]]
+) -> tuple[TrainedRange, ...]:
     """Return the ranges of the network inputs over the used samples."""
     together = np.concatenate([columns[mask] for columns, mask in zip(inputs, used, strict=True)])
     low, high = together.min(axis=0).tolist(), together.max(axis=0).tolist()

@@ -65,7 +65,9 @@ def upstream(
     before = whole(white)
     chosen = before.inputs[0] if input is None and len(before.inputs) == 1 else input
     if chosen not in before.inputs:
-        raise ModelError(f"input = {input!r} is not an input of {before.name!r}: name one of {', '.join(before.inputs)}")
+        raise ModelError(
+            f"input = {input!r} is not an input of {before.name!r}: name one of {', '.join(before.inputs)}"
+        )
     u, corrected = signal(chosen), free_name(before, f"{chosen}_corrected")
     past = signal(corrected)[t] - u[t]
     term = NeuralTerm(name, couplings.samples([u], past), hidden, neuron=neuron)

@@ -7,7 +7,6 @@ from smid.data import DataError, Dataset
 from smid.hybrid import (
     EXTRA,
     SIMPLE,
-    STATIC,
     BackCouplings,
     estimate,
     learned_response,
@@ -151,7 +150,9 @@ def test_units_of_channels_do_not_matter():
     errors = []
     for gain, zero, unit in ((1.0, 0.0, 1.0), (1e6, 1e7, 1e-5)):
         w = Parameter("gain", 0.01 / gain, 100.0 / gain)
-        line = Line(signal("w")[t], (w.symbol * (signal("u")[t] - zero) - signal("w")[t] / unit) * unit / TAU, rate=True)
+        line = Line(
+            signal("w")[t], (w.symbol * (signal("u")[t] - zero) - signal("w")[t] / unit) * unit / TAU, rate=True
+        )
         white = Model("lag", (w,), (line,), (Measurement("y", "w", "eta"),))
         data = Dataset.from_arrays(input={"u": gain * u + zero}, output={"y": unit * y}, sampling_time=1.0)
         hybrid = parallel(white, EXTRA, (2,))
