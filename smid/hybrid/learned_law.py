@@ -13,10 +13,10 @@ References: those of `smid.diagnosis.search.evidence`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
+from itertools import islice, product
 from math import comb
 from typing import TYPE_CHECKING, Any
 
@@ -33,14 +33,13 @@ from smid.fitting.fit import Errors, Fit, Fitting
 from smid.hybrid.ensemble import Ensemble
 from smid.hybrid.estimate import HybridEstimate
 from smid.hybrid.hybrid_model import HybridModel
-from smid.hybrid.laws import GUARD, LAWS, Argument, Law
+from smid.hybrid.laws import LAWS, Argument, Law
 from smid.hybrid.learned_curve import LearnedCurve, argument_of, learned_curve
 from smid.hybrid.neural import NeuralTerm, network_output, without_network
 from smid.hybrid.trained_range import network_inputs
 from smid.models import Model, ModelError, Parameter
 from smid.models.edit_lines import free_name
 from smid.models.expressions import shown
-from smid.models.symbols import number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,6 +48,7 @@ __all__ = ["LearnedLaw", "ReadLaw", "learned_law"]
 
 _MOST, _KEPT, _FITTED = 3, 3, 5  # laws in a sum, sums that grow, sums that are fitted in a round
 _REACH = 10.0  # largest coefficient, by that of which the law alone is as large as the curve
+_ROWS = 6
 _SAMPLES = 400  # of the curve, to begin
 _EVALUATIONS = 80
 _WORSE = 1.1  # RMS error of a law, by that of the network, beyond which it does not replace the network
@@ -81,8 +81,11 @@ class ReadLaw:
 
     @property
     def text(self) -> str:
-        """Return the law as a formula of x, without what guards the slope at zero."""
-        return shown(self.expression.xreplace({number(GUARD): sympy.Integer(0)}))
+        """Return the law as a formula of x, with the plain sign and without what guards the slope at zero."""
+        plain = self.expression.replace(
+            lambda node: node.is_Add and node.has(sympy.Abs) and node.args[0].is_Rational, lambda node: node - node.args[0]
+        )
+        return shown(plain.replace(lambda node: isinstance(node, sympy.Max), lambda _: sympy.sign(self._x)))
 
     @property
     def _x(self) -> sympy.Symbol:
@@ -156,8 +159,8 @@ class LearnedLaw(Tabular):
 
     @property
     def table(self) -> Table:
-        """Return a row for each sum of laws that was fitted."""
-        rows = tuple((row["laws"], row["formula"], f"{row['behind']:.4g}") for row in self._rows())
+        """Return a row for each of the best sums of laws."""
+        rows = tuple((row["laws"], row["formula"], f"{row['behind']:.4g}") for row in islice(self._rows(), _ROWS))
         return Table("", ("laws", "formula", "nats behind"), rows, "llr")
 
     def _rows(self) -> Iterator[dict[str, Any]]:
@@ -226,29 +229,42 @@ def learned_law(found: HybridEstimate | Ensemble, network: str | None = None, la
     offered = [law for law in laws if reading.argument.turns or not law.turning]
     if not offered:
         raise ModelError("no law applies: give laws that suit the range of the network's input")
-    # Grow sums of laws from the best ones.
-    tried: list[ReadLaw] = []
-    grown: list[tuple[Law, ...]] = [(law,) for law in offered]
-    for _ in range(_MOST):
-        round_ = reading.read(grown, len(offered))
-        better = [one for one in round_ if not tried or one.merit > tried[0].merit]
-        tried = sorted([*tried, *round_], key=lambda one: -one.merit)
-        if not better:
+    # Grow sums of laws from the best ones, then simplify the best one: both as long as the merit grows.
+    tried: dict[frozenset[str], ReadLaw] = {}
+    for size in range(1, _MOST + 1):
+        parts = _best(tried)[:_KEPT] if size > 1 else [frozenset[str]()]
+        if not _improved(
+            tried, reading.read(({*names, law.name} for names in parts for law in offered), offered, tried)
+        ):
             break
-        kept = [one.names for one in tried[:_KEPT]]
-        seen = {frozenset(one.names) for one in tried}
-        sums = {
-            frozenset((*names, law.name)): (*(known for known in offered if known.name in names), law)
-            for names in kept
-            for law in offered
-            if law.name not in names
-        }
-        grown = [sum_ for names, sum_ in sums.items() if names not in seen]
+    while tried and _improved(tried, reading.read(_simpler(_best(tried)[0], offered), offered, tried)):
+        pass
     if not tried:
         raise ModelError("with none of the laws the model can be simulated on the record")
+    ranked = tuple(tried[names] for names in _best(tried))
     error = whole.fit.cost
-    ratio = float(np.sqrt(tried[0].fit.cost / error)) if error > 0 else np.inf
-    return LearnedLaw(curve, tuple(tried), ratio)
+    ratio = float(np.sqrt(ranked[0].fit.cost / error)) if error > 0 else np.inf
+    return LearnedLaw(curve, ranked, ratio)
+
+
+def _best(tried: Mapping[frozenset[str], ReadLaw]) -> list[frozenset[str]]:
+    """Return the sums that were fitted, the one of the largest merit first."""
+    return sorted(tried, key=lambda names: -tried[names].merit)
+
+
+def _improved(tried: dict[frozenset[str], ReadLaw], read: Mapping[frozenset[str], ReadLaw]) -> bool:
+    """Add sums that were fitted, and return whether one of them is the best."""
+    before = max((one.merit for one in tried.values()), default=-np.inf)
+    tried.update(read)
+    return any(one.merit > before for one in read.values())
+
+
+def _simpler(best: frozenset[str], offered: Sequence[Law]) -> Iterator[set[str]]:
+    """Yield a sum without one of its laws, or with one that has fewer parameters in its place."""
+    sizes = {law.name: len(law.parts) + len(law.shapes) for law in offered}
+    for name in sorted(best):
+        yield set(best - {name})
+        yield from ({*(best - {name}), other} for other in sizes if sizes[other] < sizes[name])
 
 
 @dataclass(frozen=True, eq=False)
@@ -292,12 +308,16 @@ class _Reading:
         x = x[:: max(1, x.size // _SAMPLES)]
         return x, network_output(found.model, self.term, x[:, None])
 
-    def read(self, sums: Iterable[tuple[Law, ...]], offered: int) -> list[ReadLaw]:
-        """Return the sums that are nearest to the curve, fitted to the record."""
-        begun = [_Start.of(laws, self) for laws in sums]
+    def read(
+        self, sums: Iterable[set[str]], offered: Sequence[Law], tried: Container[frozenset[str]]
+    ) -> dict[frozenset[str], ReadLaw]:
+        """Return the sums that are nearest to the curve, fitted to the record; those that were tried are left out."""
+        new = {frozenset(names) for names in sums} - {frozenset()}
+        wanted = sorted((names for names in new if names not in tried), key=sorted)
+        begun = [_Start.of(tuple(law for law in offered if law.name in names), self) for names in wanted]
         nearest = sorted(begun, key=lambda one: one.misfit)[:_FITTED]
-        fitted = (self._fitted(one, offered) for one in nearest)
-        return [one for one in fitted if one is not None]
+        fitted = (self._fitted(one, len(offered)) for one in nearest)
+        return {frozenset(one.names): one for one in fitted if one is not None}
 
     def _fitted(self, start: _Start, offered: int) -> ReadLaw | None:
         """Return a sum of laws fitted to the record in a free run; None where the run diverges."""
@@ -347,7 +367,9 @@ class _Start:
         for tried in product(*(shape.starts(reach).tolist() for shape in shapes.values())):
             chosen = dict(zip(shapes, tried, strict=True))
             numbers = {symbols[name]: value for name, value in chosen.items()}
-            columns = np.stack([_evaluated(part(at, symbols).xreplace(numbers), own, x) for part in parts.values()], axis=1)
+            columns = np.stack(
+                [_evaluated(part(at, symbols).xreplace(numbers), own, x) for part in parts.values()], axis=1
+            )
             sizes = np.maximum(np.abs(columns).max(axis=0), np.finfo(float).tiny)
             coefficients = np.linalg.lstsq(columns / sizes, y, rcond=1e-10)[0] / sizes
             misfit = float(np.mean((columns @ coefficients - y) ** 2))
