@@ -81,6 +81,8 @@ class HybridEstimate(Result):
         Free run over all experiments.
     search
         Descents from all starts, in scaled parameters and errors.
+    stop
+        Why the last descent ended.
     trained
         Range of each network input on the fitted samples.
     used
@@ -90,6 +92,7 @@ class HybridEstimate(Result):
     hybrid: HybridModel
     fit: Fit
     search: MultiStart
+    stop: Stop
     trained: tuple[TrainedRange, ...]
     data: Dataset
     used: tuple[NDArray[np.bool_], ...]
@@ -111,11 +114,10 @@ class HybridEstimate(Result):
     @property
     def notes(self) -> tuple[str, ...]:
         """Return what limits the fit, in sentences."""
-        stop = self.search.descents[self.search.winner].stop
         told = []
-        if stop is Stop.STALLED:
+        if self.stop is Stop.STALLED:
             told.append("The descent stalled before a minimum: try more starts, or other start values.")
-        if stop is Stop.ITERATIONS:
+        if self.stop is Stop.ITERATIONS:
             told.append("The limit of iterations ended the fit before its minimum: give more iterations.")
         weights = self._weights
         ends = [p for p in self.model.parameters if _at_an_end(p, self.model.values.get(p.name, np.nan))]
@@ -141,7 +143,8 @@ class HybridEstimate(Result):
             f"; {p.name} = {self.model.values[p.name]:.4g} {p.unit}".rstrip() for p in free if p.name not in weights
         )
         where = ", ".join(f"{placed.topology}, {placed.couplings}" for placed in self.hybrid.networks)
-        yield f"{where}, {sum(p.name in weights for p in free)} weights{told}; {self.search}"
+        started = f"start {self.search.winner + 1} of {len(self.search.descents)}"
+        yield f"{where}, {sum(p.name in weights for p in free)} weights{told}; {started}: {self.stop.value}"
         units = {channel.name: channel.unit for channel in self.data.channels}
         errors = (f"{channel} {rmse:.4g} {units.get(channel, '')}".rstrip() for channel, rmse in self.rmse.items())
         yield f"RMSE of the free run: {', '.join(errors)}"
@@ -262,10 +265,10 @@ def estimate(
         patience=_PATIENCE if validation else iterations,
         progress=progress,
     )
-    theta = search.theta
+    last = search.descents[search.winner]
     if found_from_data:
-        problem, last = regularised(problem, hybrid, theta, method, iterations)
-        theta = last.theta
+        problem, last = regularised(problem, hybrid, last.theta, method, iterations)
+    theta = last.theta
     # Run freely over everything; a prediction fit still needs initial states.
     values = problem.values(theta)
     free_run = Fitting(hybrid.model, data, masks)
@@ -278,8 +281,8 @@ def estimate(
     found = free_run.result(vector, cost)
     hybrid = replace(hybrid, model=found.model)
     inputs = network_inputs(hybrid, lambda model: Fitting(model, data, masks), found.model.values, found.initial)
-    result = HybridEstimate(hybrid, found, search, trained_ranges(hybrid, inputs, masks), data, tuple(masks))
-    if search.descents[search.winner].stop is Stop.STALLED:
+    result = HybridEstimate(hybrid, found, search, last.stop, trained_ranges(hybrid, inputs, masks), data, tuple(masks))
+    if result.stop is Stop.STALLED:
         warnings.warn(result.notes[0], StalledFitWarning, stacklevel=2)
     return result
 

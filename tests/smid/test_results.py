@@ -30,7 +30,7 @@ from smid.hybrid import BackCouplings, CostSurface, HybridEstimate, TrainedRange
 from smid.hybrid.estimate import ERRORS
 from smid.identification.lowest_order import OrderStep
 from smid.models import Reactor
-from smid.networks import MultiStart, TanhNetwork, train
+from smid.networks import MultiStart, Stop, TanhNetwork, train
 from smid.recursive import Arx, NormalisedGradient, RecursiveSet, compare, gain_study
 from smid.sensors import CFPX, PTX, bound_error
 from smid.theses.clutch.overview import record_overview
@@ -180,7 +180,7 @@ def networks():
     fit = smid.fitting.fit.Fit(estimated.model, ({},), ({"y": np.ones(3)},), 0.5, 4)
     trained = (TrainedRange("N", "u[t]", 0.0, 1.0),)
     data = smid.Dataset.from_arrays(input={"u": np.ones(3)}, output={"y": np.ones(3)}, sampling_time=1.0)
-    yield HybridEstimate(estimated, fit, MultiStart(training.search.descents), trained, data, (np.ones(3, bool),))
+    yield HybridEstimate(estimated, fit, MultiStart(training.search.descents), Stop.CONVERGED, trained, data, (np.ones(3, bool),))
 
 
 def reactor():
