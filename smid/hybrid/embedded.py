@@ -26,7 +26,7 @@ def embedded(
     white: Model | HybridModel,
     factors: Mapping[str, sympy.Expr],
     inputs: Sequence[sympy.Expr],
-    hidden: tuple[int, ...] = (1,),
+    hidden: tuple[int, ...] = (3,),
     *,
     name: str = "N",
     neuron: str = "tanh",

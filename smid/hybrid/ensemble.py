@@ -1,7 +1,7 @@
 """Ensemble: an estimate repeated on random halves of the record, for the uncertainty of what was learned.
 
-Each experiment is cut into blocks. Each member is estimated from a new random start on a random half of the blocks, in a
-free run over the whole record. The mean squared distance of the members from the estimate on all blocks is the
+Each experiment is cut into blocks. Each member is estimated from a new random start on a random half of the blocks,
+in a free run over the whole record. The mean squared distance of the members from the estimate on all blocks is the
 delete-half jackknife estimate of its variance: with half of the blocks left out the factor is one. Blocks keep what is
 correlated in time together, and new starts add what the choice of a minimum contributes.
 
@@ -120,8 +120,8 @@ def ensemble(found: HybridEstimate, *, members: int = 10, seed: int | np.random.
             strayed += 1
     if len(near) < 2:
         raise ModelError(
-            f"{strayed} of {members} repetitions ended in other minima: the record does not determine the network; give "
-            "fewer neurons, or a longer record"
+            f"{strayed} of {members} repetitions ended in other minima: the record does not determine the network. "
+            "Give fewer neurons, or a longer record"
         )
     return Ensemble(found, tuple(near), strayed)
 

@@ -122,6 +122,6 @@ def argument_of(found: HybridEstimate, network: str | None) -> NeuralTerm:
     term = found.hybrid.network(network)
     if len(term.inputs) != 1:
         raise ModelError(
-            f"the network {term.name!r} reads {len(term.inputs)} inputs: a curve and a law are read from a network of one"
+            f"the network {term.name!r} reads {len(term.inputs)} inputs: a law can be read from a network of one input"
         )
     return term

@@ -1,10 +1,11 @@
 """Law that a network has learned, chosen as the diagnosis chooses effects.
 
-A law, or a sum of laws, takes the place of the network, begins at its least-squares fit to the learned curve, and is
-fitted to the record in a free run, together with everything else. Its merit is that of a set of effects: the log evidence
-of the record, every sample predicted by a fit that does not see it (`smid.diagnosis.search.evidence`), under the noise
-that the network leaves, less the log of the number of sums of the same size. Sums grow law by law from the best ones,
-as long as the merit grows. Of many sums only those near the curve are fitted.
+A law, or a sum of laws, takes the place of the network. It begins at its least-squares fit to the learned curve and is
+fitted to the record in a free run, together with everything else. Its merit is that of a set of effects: the log
+evidence of the record, every sample predicted by a fit that does not see it (`smid.diagnosis.search.evidence`), under
+the noise that the network leaves, less the log of the number of sums of the same size. Sums grow law by law from the
+best ones, and the best one is simplified, as long as the merit grows. Of many sums those nearest to the curve are
+fitted.
 
 The result is a model without a network, which `smid.identify` certifies.
 
@@ -83,7 +84,8 @@ class ReadLaw:
     def text(self) -> str:
         """Return the law as a formula of x, with the plain sign and without what guards the slope at zero."""
         plain = self.expression.replace(
-            lambda node: node.is_Add and node.has(sympy.Abs) and node.args[0].is_Rational, lambda node: node - node.args[0]
+            lambda node: node.is_Add and node.has(sympy.Abs) and node.args[0].is_Rational,
+            lambda node: node - node.args[0],
         )
         return shown(plain.replace(lambda node: isinstance(node, sympy.Max), lambda _: sympy.sign(self._x)))
 

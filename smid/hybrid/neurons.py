@@ -4,8 +4,8 @@
     logistic  1 / (1 + exp(-w a - b)),  written as (1 + tanh((w a + b) / 2)) / 2, which does not overflow
     radial    exp(-b^2 |a - w|^2),      w is the centre, 1/b the width
 
-Starts are for inputs in [-1, 1]: after Nguyen and Widrow for the first two; radial centres are spread at random over the
-range, with widths that overlap.
+Starts are for inputs in [-1, 1]: after Nguyen and Widrow for the first two; radial centres are spread at random over
+the range, with widths that overlap.
 
 References: hybrid thesis, section 3.2; Broomhead, Lowe, "Multivariable functional interpolation and adaptive networks",
 Complex Systems 2 (1988).

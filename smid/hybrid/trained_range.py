@@ -1,7 +1,7 @@
 """Range of the inputs that a network was trained on, and a guard that tells when a record leaves it.
 
-A network says nothing outside the inputs that it has seen, and no error bound tells: there the law that it learned has
-to be read (`smid.hybrid.learned_law`), or the network has to be trained again.
+A network says nothing outside the inputs that it has seen, which a small error on the training record does not
+show. There use the law that was read (`smid.hybrid.learned_law`), or train the network again.
 """
 
 from __future__ import annotations
@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 __all__ = ["Extrapolation", "TrainedRange", "extrapolation", "network_inputs"]
 
 
+_MARGIN = 0.02
+
+
 @dataclass(frozen=True)
 class TrainedRange:
     """Least and largest value of a network input on the fitted samples.
@@ -47,8 +50,9 @@ class TrainedRange:
     upper: float
 
     def outside(self, samples: Array) -> NDArray[np.bool_]:
-        """Return which samples, shape (n,), lie outside."""
-        return np.asarray(~((samples >= self.lower) & (samples <= self.upper)))
+        """Return which samples, shape (n,), lie outside by more than 2 % of the range."""
+        margin = _MARGIN * (self.upper - self.lower)
+        return np.asarray(~((samples >= self.lower - margin) & (samples <= self.upper + margin)))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -133,7 +137,7 @@ def extrapolation(found: HybridEstimate, data: Dataset) -> Extrapolation:
     """
     nothing = [np.zeros(run.n_samples, bool) for run in data.experiments]
     problem = Fitting(found.model, data, nothing)
-    begun = problem.result(problem.start(found.model.values), 0.0)
+    begun = found.fit if data is found.data else problem.result(problem.start(found.model.values), 0.0)
     inputs = network_inputs(
         found.hybrid, lambda model: Fitting(model, data, nothing), found.model.values, begun.initial
     )

@@ -180,7 +180,9 @@ def networks():
     fit = smid.fitting.fit.Fit(estimated.model, ({},), ({"y": np.ones(3)},), 0.5, 4)
     trained = (TrainedRange("N", "u[t]", 0.0, 1.0),)
     data = smid.Dataset.from_arrays(input={"u": np.ones(3)}, output={"y": np.ones(3)}, sampling_time=1.0)
-    yield HybridEstimate(estimated, fit, MultiStart(training.search.descents), Stop.CONVERGED, trained, data, (np.ones(3, bool),))
+    yield HybridEstimate(
+        estimated, fit, MultiStart(training.search.descents), Stop.CONVERGED, trained, data, (np.ones(3, bool),)
+    )
 
 
 def reactor():
