@@ -7,7 +7,7 @@ Neurons are taken away one at a time, and the network is estimated again, while 
 n counts residuals and p free numbers. The last step leads to the affine network. A neuron that is taken away frees the
 others to move, which the saliency of a single weight does not see; so all starts are random again.
 
-References: hybrid thesis, section 3.4; Schwarz, "Estimating the dimension of a model", The Annals of Statistics 6 (1978);
+References: hybrid thesis, section 3.4; Schwarz, "Estimating the dimension of a model", Annals of Statistics 6 (1978);
 Hassibi, Stork, "Second order derivatives for network pruning: optimal brain surgeon", NIPS 1992 (the saliency).
 """
 

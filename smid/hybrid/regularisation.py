@@ -6,11 +6,11 @@ network. With the sum of squared residuals E, the sum of squared weights W of a 
     penalty of the group  lambda = sigma^2 / s^2,    sigma^2 = E / (n - gamma),    s^2 = W / gamma
     gamma = sum over the group of (1 - lambda H^-1_ii),    H = J'J + diag(lambda)
 
-gamma counts the weights of the group that the data determine. Descent and update are repeated a few times. Without noise
-the penalty vanishes.
+gamma counts the weights of the group that the data determine. Descent and update are repeated a few times. Without
+noise the penalty vanishes.
 
-References: MacKay, "Bayesian interpolation", Neural Computation 4 (1992); Foresee, Hagan, "Gauss-Newton approximation to
-Bayesian learning", ICNN 1997.
+References: MacKay, "Bayesian interpolation", Neural Computation 4 (1992); Foresee, Hagan, "Gauss-Newton approximation
+to Bayesian learning", ICNN 1997.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Free runs of a model over records that it was not fitted to.
 
 A run starts from the first measured outputs. A hidden state, which no channel shows, has no such start: the hidden
-states, and with them all initial states, are those that fit the first samples best, 25 for each state and at most half of
-the record. The parameters are kept. These samples are not scored.
+states, and with them all initial states, are those that fit the first samples best, 25 for each state and at most half
+of the record. The parameters are kept. These samples are not scored.
 """
 
 from __future__ import annotations
