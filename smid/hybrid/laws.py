@@ -112,13 +112,18 @@ class Law:
     turning: bool = False
 
 
+def _decimal(value: float) -> sympy.Rational:
+    """Return a number of few digits as the fraction that it is written as."""
+    return sympy.Rational(str(value))
+
+
 def _way(a: Argument, s: Symbols) -> sympy.Expr:
     return larger(-1, smaller(1, a.x / s["sticking"]))
 
 
 def _root(a: Argument, s: Symbols) -> sympy.Expr:  # noqa: ARG001
     size = sympy.Abs(a.x)
-    return a.x / sympy.sqrt(size + number(GUARD) * number(a.reach)) if a.turns else sympy.sqrt(size)
+    return a.x / sympy.sqrt(size + number(GUARD) * _decimal(a.reach)) if a.turns else sympy.sqrt(size)
 
 
 def _square(a: Argument, s: Symbols) -> sympy.Expr:  # noqa: ARG001
@@ -126,8 +131,8 @@ def _square(a: Argument, s: Symbols) -> sympy.Expr:  # noqa: ARG001
 
 
 def _power(a: Argument, s: Symbols) -> sympy.Expr:
-    scaled = sympy.Abs(a.x) / number(a.reach)
-    odd = a.x / number(a.reach) * (scaled + number(GUARD)) ** (s["power"] - 1)
+    scaled = sympy.Abs(a.x) / _decimal(a.reach)
+    odd = a.x / _decimal(a.reach) * (scaled + number(GUARD)) ** (s["power"] - 1)
     return odd if a.turns else scaled ** s["power"]
 
 

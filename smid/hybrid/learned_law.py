@@ -4,8 +4,8 @@ A law, or a sum of laws, takes the place of the network. It begins at its least-
 fitted to the record in a free run, together with everything else. Its merit is that of a set of effects: the log
 evidence of the record, every sample predicted by a fit that does not see it (`smid.diagnosis.search.evidence`), under
 the noise that the network leaves, less the log of the number of sums of the same size. Sums grow law by law from the
-best ones, and the best one is simplified, as long as the merit grows. Of many sums those nearest to the curve are
-fitted.
+best ones to two and an offset, and the best one is simplified, as long as the merit grows: sums of more laws could
+have any shape. Of many sums those nearest to the curve are fitted.
 
 The result is a model without a network, which `smid.identify` certifies.
 
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LearnedLaw", "ReadLaw", "learned_law"]
 
-_MOST, _KEPT, _FITTED = 3, 3, 5  # laws in a sum, sums that grow, sums that are fitted in a round
+_MOST, _KEPT, _FITTED = 2, 3, 5  # laws in a sum beside an offset, sums that grow, sums that are fitted in a round
 _REACH = 10.0  # largest coefficient, by that of which the law alone is as large as the curve
 _ROWS = 6
 _SAMPLES = 400  # of the curve, to begin
@@ -233,7 +233,7 @@ def learned_law(found: HybridEstimate | Ensemble, network: str | None = None, la
         raise ModelError("no law applies: give laws that suit the range of the network's input")
     # Grow sums of laws from the best ones, then simplify the best one: both as long as the merit grows.
     tried: dict[frozenset[str], ReadLaw] = {}
-    for size in range(1, _MOST + 1):
+    for size in range(1, _MOST + 2):
         parts = _best(tried)[:_KEPT] if size > 1 else [frozenset[str]()]
         if not _improved(
             tried, reading.read(({*names, law.name} for names in parts for law in offered), offered, tried)
@@ -314,7 +314,7 @@ class _Reading:
         self, sums: Iterable[set[str]], offered: Sequence[Law], tried: Container[frozenset[str]]
     ) -> dict[frozenset[str], ReadLaw]:
         """Return the sums that are nearest to the curve, fitted to the record; those that were tried are left out."""
-        new = {frozenset(names) for names in sums} - {frozenset()}
+        new = {frozenset(names) for names in sums if 0 < len(names) and len(names - {"offset"}) <= _MOST}
         wanted = sorted((names for names in new if names not in tried), key=sorted)
         begun = [_Start.of(tuple(law for law in offered if law.name in names), self) for names in wanted]
         nearest = sorted(begun, key=lambda one: one.misfit)[:_FITTED]

@@ -9,10 +9,11 @@ from smid.models import ModelError, OwnModel, signal, t
 from tests.smid.hybrid.unknown_laws import LAWS, slide_record, tank_model, tank_record
 
 
-@pytest.mark.parametrize("outputs", [("level", "temp"), ("temp",)], ids=["both", "T alone"])
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize(
+    ("name", "outputs"), [("power_law", ("level", "temp")), *((name, ("temp",)) for name in LAWS)], ids=str
+)
 def test_the_heat_loss_of_a_tank_gets_its_name(name, outputs):
-    data = tank_record(LAWS[name], 3, outputs=outputs)
+    data = tank_record(LAWS[name], 3, n=240, outputs=outputs)
     found = estimate(tank_model(outputs), data, starts=2, seed=1)
     law = learned_law(found)
     assert " + ".join(law.names) == name
@@ -25,13 +26,13 @@ def test_the_heat_loss_of_a_tank_gets_its_name(name, outputs):
 
 def test_friction_is_read_as_dry_friction_and_drag():
     def friction(v):
-        return 0.4 * np.tanh(v / 0.01) + 0.25 * v * np.abs(v)
+        return 0.4 * np.tanh(v / 0.02) + 0.25 * v * np.abs(v)
 
     white = OwnModel(
-        ["d/dt x = v", "d/dt v = (force - 2*x) / m"], {"position": "x"}, ["force"], {"m": (0.2, 5.0)}, substeps=4
+        ["d/dt x = v", "d/dt v = (force - 2*x) / m"], {"position": "x"}, ["force"], {"m": (0.2, 5.0)}, substeps=2
     )
-    hybrid = embedded(white, {"v": -1 / white.parameter("m").symbol}, [signal("v")[t]], (4,))
-    law = learned_law(estimate(hybrid, slide_record(friction, 1), starts=1, iterations=100, seed=1))
+    hybrid = embedded(white, {"v": -1 / white.parameter("m").symbol}, [signal("v")[t]], (3,))
+    law = learned_law(estimate(hybrid, slide_record(friction, 1), starts=1, iterations=60, seed=1))
     assert law.names == ("coulomb_friction", "quadratic_drag")
     assert law.best.values["N_dry"] == pytest.approx(0.4, rel=0.02)
     assert law.best.values["N_square"] == pytest.approx(0.25, rel=0.03)
@@ -40,18 +41,18 @@ def test_friction_is_read_as_dry_friction_and_drag():
 
 def test_a_law_that_is_not_in_the_list_is_not_named():
     data = tank_record(lambda x: 6e3 + 2e3 * np.sin(x / 4.0), 3)
-    found = estimate(tank_model(hidden=(8,)), data, starts=3, seed=1)
+    found = estimate(tank_model(hidden=(6,)), data, starts=1, seed=1)
     assert "No law of the list" in learned_law(found).sentence
 
 
 def test_the_band_of_an_ensemble_holds_the_law():
     loss = LAWS["power_law"]
-    repeated = ensemble(estimate(tank_model(), tank_record(loss, 5), starts=2, seed=1), members=8, seed=1)
+    repeated = ensemble(estimate(tank_model(), tank_record(loss, 5, n=240), starts=1, seed=1), members=6, seed=1)
     curve = learned_curve(repeated)
     inside = np.abs(curve.y - loss(curve.x)) < 3 * curve.deviation
     assert inside.mean() > 0.9
     assert np.median(curve.deviation / curve.y) < 0.03
-    assert "8 random halves" in str(repeated)
+    assert "6 random halves" in str(repeated)
 
 
 def test_the_law_is_certified():

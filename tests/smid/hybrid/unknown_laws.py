@@ -42,14 +42,12 @@ def tank_record(loss, seed, n=400, noise=(1e-3, 0.05), outputs=("level", "temp")
 
 def tank_model(outputs=("level", "temp"), hidden=(3,), **options):
     """Return the tank with a network in the place of the heat loss."""
-    white = OwnModel(
-        list(BALANCES), {name: SHOWN[name] for name in outputs}, ["inflow", "power"], {"k": (1e-5, 1e-4)}
-    )
+    white = OwnModel(list(BALANCES), {name: SHOWN[name] for name in outputs}, ["inflow", "power"], {"k": (1e-5, 1e-4)})
     h, temp = signal("h")[t], signal("T")[t]
     return embedded(white, {"T": -1 / (HEAT * AREA * h)}, [temp - ROOM], hidden, **options)
 
 
-def slide_record(friction, seed, n=500, step=0.02, noise=1e-3):
+def slide_record(friction, seed, n=400, step=0.02, noise=1e-3):
     """Return the position of a mass of 1 kg on a spring of 2 N/m, under a stepwise force and friction."""
     rng = np.random.default_rng(seed)
     force = np.repeat(rng.uniform(-4.0, 4.0, n // 25), 25)
