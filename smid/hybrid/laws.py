@@ -111,6 +111,11 @@ class Law:
     shapes: Mapping[str, Shape] = field(default_factory=dict)
     turning: bool = False
 
+    @property
+    def size(self) -> int:
+        """Return the number of parameters."""
+        return len(self.parts) + len(self.shapes)
+
 
 def _decimal(value: float) -> sympy.Rational:
     """Return a number of few digits as the fraction that it is written as."""

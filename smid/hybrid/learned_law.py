@@ -3,9 +3,9 @@
 A law, or a sum of laws, takes the place of the network. It begins at its least-squares fit to the learned curve and is
 fitted to the record in a free run, together with everything else. Its merit is that of a set of effects: the log
 evidence of the record, every sample predicted by a fit that does not see it (`smid.diagnosis.search.evidence`), under
-the noise that the network leaves, less the log of the number of sums of the same size. Sums grow law by law from the
-best ones to two and an offset, and the best one is simplified, as long as the merit grows: sums of more laws could
-have any shape. Of many sums those nearest to the curve are fitted.
+the noise that the network leaves, less the log of the number of sums of the same size. A sum has two laws and an offset
+at most: sums of more laws could have any shape. Of each number of parameters the sums nearest to the curve are fitted.
+Then the best one is simplified, as long as the merit grows.
 
 The result is a model without a network, which `smid.identify` certifies.
 
@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import islice, product
+from itertools import combinations, islice, product
 from math import comb
 from typing import TYPE_CHECKING, Any
 
@@ -47,7 +47,8 @@ if TYPE_CHECKING:
 
 __all__ = ["LearnedLaw", "ReadLaw", "learned_law"]
 
-_MOST, _KEPT, _FITTED = 2, 3, 5  # laws in a sum beside an offset, sums that grow, sums that are fitted in a round
+_OFFSET = "offset"
+_MOST, _FITTED = 2, 3  # laws in a sum beside an offset, sums of a number of parameters that are fitted
 _REACH = 10.0  # largest coefficient, by that of which the law alone is as large as the curve
 _ROWS = 6
 _SAMPLES = 400  # of the curve, to begin
@@ -231,14 +232,8 @@ def learned_law(found: HybridEstimate | Ensemble, network: str | None = None, la
     offered = [law for law in laws if reading.argument.turns or not law.turning]
     if not offered:
         raise ModelError("no law applies: give laws that suit the range of the network's input")
-    # Grow sums of laws from the best ones, then simplify the best one: both as long as the merit grows.
-    tried: dict[frozenset[str], ReadLaw] = {}
-    for size in range(1, _MOST + 2):
-        parts = _best(tried)[:_KEPT] if size > 1 else [frozenset[str]()]
-        if not _improved(
-            tried, reading.read(({*names, law.name} for names in parts for law in offered), offered, tried)
-        ):
-            break
+    # Fit the sums that are nearest to the curve, of each number of parameters; then simplify the best one.
+    tried = reading.read(_sums(offered), offered, {})
     while tried and _improved(tried, reading.read(_simpler(_best(tried)[0], offered), offered, tried)):
         pass
     if not tried:
@@ -247,6 +242,14 @@ def learned_law(found: HybridEstimate | Ensemble, network: str | None = None, la
     error = whole.fit.cost
     ratio = float(np.sqrt(ranked[0].fit.cost / error)) if error > 0 else np.inf
     return LearnedLaw(curve, ranked, ratio)
+
+
+def _sums(offered: Sequence[Law]) -> Iterator[frozenset[str]]:
+    """Yield the sums of up to two laws, each with and without an offset."""
+    names = [law.name for law in offered if law.name != _OFFSET]
+    beside = [frozenset({_OFFSET} & {law.name for law in offered}), frozenset[str]()]
+    for size, offset in product(range(_MOST + 1), beside):
+        yield from (frozenset(chosen) | offset for chosen in combinations(names, size))
 
 
 def _best(tried: Mapping[frozenset[str], ReadLaw]) -> list[frozenset[str]]:
@@ -261,12 +264,12 @@ def _improved(tried: dict[frozenset[str], ReadLaw], read: Mapping[frozenset[str]
     return any(one.merit > before for one in read.values())
 
 
-def _simpler(best: frozenset[str], offered: Sequence[Law]) -> Iterator[set[str]]:
+def _simpler(best: frozenset[str], offered: Sequence[Law]) -> Iterator[frozenset[str]]:
     """Yield a sum without one of its laws, or with one that has fewer parameters in its place."""
-    sizes = {law.name: len(law.parts) + len(law.shapes) for law in offered}
+    sizes = {law.name: law.size for law in offered}
     for name in sorted(best):
-        yield set(best - {name})
-        yield from ({*(best - {name}), other} for other in sizes if sizes[other] < sizes[name])
+        yield best - {name}
+        yield from (best - {name} | {other} for other in sizes if sizes[other] < sizes[name])
 
 
 @dataclass(frozen=True, eq=False)
@@ -311,15 +314,21 @@ class _Reading:
         return x, network_output(found.model, self.term, x[:, None])
 
     def read(
-        self, sums: Iterable[set[str]], offered: Sequence[Law], tried: Container[frozenset[str]]
+        self, sums: Iterable[frozenset[str]], offered: Sequence[Law], tried: Container[frozenset[str]]
     ) -> dict[frozenset[str], ReadLaw]:
         """Return the sums that are nearest to the curve, fitted to the record; those that were tried are left out."""
-        new = {frozenset(names) for names in sums if 0 < len(names) and len(names - {"offset"}) <= _MOST}
-        wanted = sorted((names for names in new if names not in tried), key=sorted)
+        wanted = sorted({names for names in sums if names and names not in tried}, key=sorted)
         begun = [_Start.of(tuple(law for law in offered if law.name in names), self) for names in wanted]
-        nearest = sorted(begun, key=lambda one: one.misfit)[:_FITTED]
+        sizes = {len(start.parameters) for start in begun}
+        of_size = ([start for start in begun if len(start.parameters) == size] for size in sorted(sizes))
+        nearest = [start for group in of_size for start in sorted(group, key=lambda one: one.misfit)[:_FITTED]]
         fitted = (self._fitted(one, len(offered)) for one in nearest)
         return {frozenset(one.names): one for one in fitted if one is not None}
+
+    @cached_property
+    def columns(self) -> dict[tuple[str, tuple[float, ...]], Array]:
+        """Return the memory of what parts of laws are at the samples."""
+        return {}
 
     def _fitted(self, start: _Start, offered: int) -> ReadLaw | None:
         """Return a sum of laws fitted to the record in a free run; None where the run diverges."""
@@ -352,14 +361,14 @@ class _Start:
     def expression(self, x: sympy.Expr) -> sympy.Expr:
         at = replace(self.argument, x=x)
         parts = ((name, part) for law in self.laws for name, part in law.parts.items())
-        unique = dict(parts)  # of two laws with the same part one is enough
-        return sympy.Add(*(self.symbols[name] * part(at, self.symbols) for name, part in unique.items()))
+        return sympy.Add(*(self.symbols[name] * part(at, self.symbols) for name, part in parts))
 
     @staticmethod
     def of(laws: tuple[Law, ...], reading: _Reading) -> _Start:
         x, y = reading.samples
         parts = {name: part for law in laws for name, part in law.parts.items()}
         shapes = {name: shape for law in laws for name, shape in law.shapes.items()}
+        shaped = {name: tuple(law.shapes) for law in laws for name in law.parts}
         names = {name: free_name(reading.found.model, f"{reading.term.name}_{name}") for name in (*parts, *shapes)}
         symbols = {name: sympy.Symbol(own, real=True) for name, own in names.items()}
         reach, own = reading.argument.reach, reading.argument.symbol
@@ -369,9 +378,13 @@ class _Start:
         for tried in product(*(shape.starts(reach).tolist() for shape in shapes.values())):
             chosen = dict(zip(shapes, tried, strict=True))
             numbers = {symbols[name]: value for name, value in chosen.items()}
-            columns = np.stack(
-                [_evaluated(part(at, symbols).xreplace(numbers), own, x) for part in parts.values()], axis=1
-            )
+            found = []
+            for name, part in parts.items():
+                place = name, tuple(chosen[shape] for shape in shaped[name])
+                if place not in reading.columns:
+                    reading.columns[place] = _evaluated(part(at, symbols).xreplace(numbers), own, x)
+                found.append(reading.columns[place])
+            columns = np.stack(found, axis=1)
             sizes = np.maximum(np.abs(columns).max(axis=0), np.finfo(float).tiny)
             coefficients = np.linalg.lstsq(columns / sizes, y, rcond=1e-10)[0] / sizes
             misfit = float(np.mean((columns @ coefficients - y) ** 2))
