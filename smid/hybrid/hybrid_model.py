@@ -32,6 +32,14 @@ class Placed:
     ----------
     topology
         Where it stands: "series", "parallel", "embedded", ...
+
+    Examples
+    --------
+    >>> from smid.hybrid import EXTRA, series
+    >>> from smid.models import Reactor
+    >>> placed = series(Reactor(2.0), EXTRA).networks[0]
+    >>> placed.topology, placed.term.name
+    ('series', 'N')
     """
 
     term: NeuralTerm

@@ -41,6 +41,12 @@ class Argument:
         Expression over signals, or a symbol.
     lower, upper
         Range that was visited.
+
+    Examples
+    --------
+    >>> speed = Argument(sympy.Symbol("v"), -2.96, 2.0)
+    >>> speed.turns, speed.reach
+    (True, 3.0)
     """
 
     x: sympy.Expr
@@ -104,6 +110,12 @@ class Law:
         Parameters within these functions, by name. Laws share those of the same name.
     turning
         Whether the law needs an argument that changes sign.
+
+    Examples
+    --------
+    >>> cubic = Law("stiffness", {"cubic": lambda argument, symbols: argument.x**3})
+    >>> cubic.parts["cubic"](Argument(sympy.Symbol("x"), -1.0, 1.0), {}), cubic.size
+    (x**3, 1)
     """
 
     name: str

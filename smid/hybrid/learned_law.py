@@ -73,6 +73,15 @@ class ReadLaw:
         Of the model with the law, to the record of the network.
     merit
         In nats.
+
+    Examples
+    --------
+    >>> from smid.models import Reactor
+    >>> x, k = sympy.symbols("x N_linear", real=True)
+    >>> model = Reactor(2.0).with_parameter(Parameter("N_linear", 0.0, 9.0)).with_values({"N_linear": 2.0})
+    >>> law = ReadLaw(("proportional",), k * x, ("N_linear",), Fit(model, (), (), 0.0, 1), 0.0)
+    >>> law.text, law(np.array([3.0]))
+    ('N_linear*x', array([6.]))
     """
 
     names: tuple[str, ...]

@@ -42,6 +42,11 @@ class TrainedRange:
         Name of the network.
     input
         The input, as in the model.
+
+    Examples
+    --------
+    >>> TrainedRange("N", "v[t]", 0.0, 1.0).outside(np.array([0.5, 1.01, 1.5])).tolist()
+    [False, False, True]
     """
 
     network: str
