@@ -29,13 +29,13 @@ from numpy.typing import NDArray
 from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.display.result import Part, Result, plain
-from smid.fitting.fit import Fit, Fitting, prediction
+from smid.fitting.fit import Fit, Fitting
 from smid.hybrid.analysis import required
 from smid.hybrid.back_couplings import warn_of_few_couplings
 from smid.hybrid.hybrid_model import HybridModel, bound_to
-from smid.hybrid.neurons import NEURONS
-from smid.hybrid.problem import HybridError, hybrid_error, output_slopes
+from smid.hybrid.problem import HybridError, hybrid_error
 from smid.hybrid.regularisation import FIRST, regularised, weight_groups, with_penalty
+from smid.hybrid.scaled_start import ahead_of, first_principles, has_sensor_curve, hidden_weights, scaled
 from smid.hybrid.trained_range import TrainedRange, network_inputs, trained_ranges
 from smid.models import Model, ModelError, Parameter
 from smid.models.errors import refuse_unknown
@@ -53,7 +53,6 @@ __all__ = ["ERRORS", "HybridEstimate", "StalledFitWarning", "estimate"]
 
 ERRORS = ("prediction", "simulation")
 _PATIENCE = 30  # steps without a smaller validation error
-_DIGITS = 3  # of the numbers that scale a network
 _END = 1e-6  # of the width of a box
 
 Masks = list[NDArray[np.bool_]]
@@ -242,19 +241,19 @@ def estimate(
     hybrid = bound_to(hybrid, data)
     masks = [np.arange(run.n_samples) >= data.n_init for run in data.experiments] if used is None else list(used)
     _check_count(Fitting(hybrid.model, data, masks))
-    alone = _first_principles(hybrid)
-    hybrid = _scaled(hybrid, data, masks, alone)
+    alone = first_principles(hybrid)
+    hybrid = scaled(hybrid, data, masks, alone)
     training, checking = _split(masks, validation)
     # Descend from random hidden weights: one step ahead, and from there in a free run.
     generator = np.random.default_rng(seed)
-    points = [{**alone, **_hidden_weights(hybrid, generator)} for _ in range(starts)]
+    points = [{**alone, **hidden_weights(hybrid, generator)} for _ in range(starts)]
     found_from_data = regularisation is None and not validation
     penalty = FIRST if found_from_data else regularisation or 0.0
     stages = _Stages(hybrid, data, training, method, iterations, penalty)
     begun = [stages.begin(values, error) for values in points]
     problem = stages.problem(error, begun[0])
     thetas = [problem.theta(values) for values in begun]
-    check = Fitting(hybrid.model, data, checking) if error == "simulation" else _ahead(hybrid.model, data, checking)
+    check = Fitting(hybrid.model, data, checking) if error == "simulation" else ahead_of(hybrid.model, data, checking)
     check.start(begun[0])
     search = multistart(
         method,
@@ -315,7 +314,7 @@ class _Stages:
     penalty: float
 
     def fitting(self, error: str) -> Fitting:
-        return (_ahead if error == "prediction" else Fitting)(self.hybrid.model, self.data, self.used)
+        return (ahead_of if error == "prediction" else Fitting)(self.hybrid.model, self.data, self.used)
 
     def problem(self, error: str, at: Mapping[str, float]) -> HybridError:
         plain = hybrid_error(self.fitting(error), self.hybrid, at)
@@ -324,7 +323,7 @@ class _Stages:
 
     def begin(self, values: Mapping[str, float], error: str) -> Mapping[str, float]:
         """Return the better start of a free-run fit: the result of the prediction fit, or the first point."""
-        if error == "prediction" or _has_sensor_curve(self.hybrid.model):
+        if error == "prediction" or has_sensor_curve(self.hybrid.model):
             return values
         first = self.problem("prediction", values)
         descent = descend(self.method, first, first.theta(values), iterations=self.iterations, patience=self.iterations)
@@ -336,18 +335,6 @@ class _Stages:
 def _mean_square(fitting: Fitting, vector: Array) -> float:
     with np.errstate(all="ignore"):
         return float(np.nan_to_num(np.mean(fitting.residual(vector) ** 2), nan=np.inf))
-
-
-def _has_sensor_curve(model: Model) -> bool:
-    return any(item.inverse is not None for item in model.outputs)
-
-
-def _ahead(model: Model, data: Dataset, used: Sequence[NDArray[np.bool_]]) -> Fitting:
-    """Return the fit of the one-step-ahead predictions over the samples that can be predicted."""
-    if _has_sensor_curve(model):
-        raise ModelError(f"an output of {model.name!r} has a sensor curve: put the curve into the model's lines")
-    # The first samples cannot be predicted: the samples before them are unknown.
-    return prediction(model, data, [mask & (np.arange(mask.size) >= model.max_lag) for mask in used])
 
 
 def _check_count(fitting: Fitting) -> None:
@@ -368,71 +355,3 @@ def _split(masks: Masks, validation: float) -> tuple[Masks, Masks]:
         training.append(mask & ~last)
         checking.append(last)
     return training, checking
-
-
-def _first_principles(hybrid: HybridModel) -> dict[str, float]:
-    """Return the start: first-principles values, or the middle of each box, and zero weights."""
-    values = {parameter.name: 0.0 for placed in hybrid.networks for parameter in placed.term.parameters}
-    for parameter in hybrid.model.parameters:
-        if parameter.name not in values and parameter.lower < parameter.upper:
-            middle = (parameter.lower + parameter.upper) / 2
-            values[parameter.name] = hybrid.model.values.get(parameter.name, middle if np.isfinite(middle) else 0.0)
-    return values
-
-
-def _scaled(hybrid: HybridModel, data: Dataset, used: Masks, alone: Mapping[str, float]) -> HybridModel:
-    """Return the model with its networks scaled to the inputs, measured where they are, and to the outputs."""
-    kind = Fitting if _has_sensor_curve(hybrid.model) else _ahead
-    inputs = network_inputs(hybrid, lambda model: kind(model, data, used), alone)
-    samples = np.concatenate([columns[mask] for columns, mask in zip(inputs, used, strict=True)])
-    if not np.isfinite(samples).all():
-        raise ModelError(
-            f"the simulation of {hybrid.white.name!r} alone diverges on these data: start from other parameter values"
-        )
-    low, high = samples.min(axis=0), samples.max(axis=0)
-    # A constant input has no range; its weight acts as a bias.
-    centre, half_range = (high + low) / 2.0, np.where(high > low, (high - low) / 2.0, 1.0)
-    # An output's unit changes the channels by one standard deviation, in a free run if the model alone has one.
-    biases = [placed.term.output_weights[-1].name for placed in hybrid.networks]
-    slopes = dict.fromkeys(biases, 1.0)
-    for fitting in (Fitting(hybrid.model, data, used), kind(hybrid.model, data, used)):
-        found = output_slopes(fitting, fitting.start(alone))
-        if found is not None:
-            slopes = dict(zip(fitting.run.parameters, found.tolist(), strict=False))
-            break
-    terms, first = [], 0
-    for placed, bias in zip(hybrid.networks, biases, strict=True):
-        part = slice(first, first := first + len(placed.term.inputs))
-        unit = placed.term.unit / slopes[bias] if slopes.get(bias, 0.0) > 0 else placed.term.unit
-        terms.append(
-            replace(
-                placed.term,
-                centre=tuple(map(_rounded, centre[part].tolist(), half_range[part].tolist())),
-                half_range=tuple(map(_rounded, half_range[part].tolist())),
-                unit=_rounded(unit),
-            )
-        )
-    return hybrid.with_terms(*terms)
-
-
-def _rounded(value: float, size: float = 0.0) -> float:
-    """Return a number of few digits of a size, by default its own.
-
-    The scaling need not be exact, and stands in the model's equations.
-    """
-    return round(value, _DIGITS - 1 - int(np.floor(np.log10(size or value))))
-
-
-def _hidden_weights(hybrid: HybridModel, generator: np.random.Generator) -> dict[str, float]:
-    """Return random hidden weights of all networks, for scaled inputs; the last layers are zero."""
-    found: dict[str, float] = {}
-    for placed in hybrid.networks:
-        term = placed.term
-        if not term.hidden:
-            continue
-        weights = NEURONS[term.neuron].start(term.sizes, generator)
-        weights[-term.sizes[-1] - 1 :] = 0.0
-        for parameter, weight in zip(term.parameters, weights.tolist(), strict=True):
-            box = hybrid.model.parameter(parameter.name)
-            found[parameter.name] = float(np.clip(weight, box.lower, box.upper))
-    return found

@@ -15,7 +15,7 @@ References: those of `smid.diagnosis.search.evidence`.
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations, islice, product
 from math import comb
@@ -34,12 +34,12 @@ from smid.fitting.fit import Errors, Fit, Fitting
 from smid.hybrid.ensemble import Ensemble
 from smid.hybrid.estimate import HybridEstimate
 from smid.hybrid.hybrid_model import HybridModel
+from smid.hybrid.law_start import Columns, LawStart, evaluated
 from smid.hybrid.laws import LAWS, Argument, Law
 from smid.hybrid.learned_curve import LearnedCurve, argument_of, learned_curve
 from smid.hybrid.neural import NeuralTerm, network_output, without_network
 from smid.hybrid.trained_range import network_inputs
-from smid.models import Model, ModelError, Parameter
-from smid.models.edit_lines import free_name
+from smid.models import Model, ModelError
 from smid.models.expressions import shown
 
 if TYPE_CHECKING:
@@ -49,7 +49,6 @@ __all__ = ["LearnedLaw", "ReadLaw", "learned_law"]
 
 _OFFSET = "offset"
 _MOST, _FITTED = 2, 3  # laws in a sum beside an offset, sums of a number of parameters that are fitted
-_REACH = 10.0  # largest coefficient, by that of which the law alone is as large as the curve
 _ROWS = 6
 _SAMPLES = 400  # of the curve, to begin
 _EVALUATIONS = 80
@@ -111,7 +110,7 @@ class ReadLaw:
     def __call__(self, x: Array) -> Array:
         """Return the law at arguments, shape (n,)."""
         numbers = {sympy.Symbol(name, real=True): value for name, value in self.values.items()}
-        return _evaluated(self.expression.xreplace(numbers), self._x, x)
+        return evaluated(self.expression.xreplace(numbers), self._x, x)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -327,19 +326,21 @@ class _Reading:
     ) -> dict[frozenset[str], ReadLaw]:
         """Return the sums that are nearest to the curve, fitted to the record; those that were tried are left out."""
         wanted = sorted({names for names in sums if names and names not in tried}, key=sorted)
-        begun = [_Start.of(tuple(law for law in offered if law.name in names), self) for names in wanted]
+        begun = [self._start(tuple(law for law in offered if law.name in names)) for names in wanted]
         sizes = {len(start.parameters) for start in begun}
         of_size = ([start for start in begun if len(start.parameters) == size] for size in sorted(sizes))
         nearest = [start for group in of_size for start in sorted(group, key=lambda one: one.misfit)[:_FITTED]]
         fitted = (self._fitted(one, len(offered)) for one in nearest)
         return {frozenset(one.names): one for one in fitted if one is not None}
 
+    def _start(self, laws: tuple[Law, ...]) -> LawStart:
+        return LawStart.of(laws, self.argument, self.samples, self.found.model, self.term.name, self._columns)
+
     @cached_property
-    def columns(self) -> dict[tuple[str, tuple[float, ...]], Array]:
-        """Return the memory of what parts of laws are at the samples."""
+    def _columns(self) -> Columns:
         return {}
 
-    def _fitted(self, start: _Start, offered: int) -> ReadLaw | None:
+    def _fitted(self, start: LawStart, offered: int) -> ReadLaw | None:
         """Return a sum of laws fitted to the record in a free run; None where the run diverges."""
         instead = start.expression(self.argument.x)
         model = without_network(self.found.model, self.term, instead, start.parameters)
@@ -354,64 +355,6 @@ class _Reading:
         names = tuple(sorted(law.name for law in start.laws))
         merit = found.value - float(np.log(comb(offered, len(names))))
         return ReadLaw(names, start.expression(self.argument.symbol), tuple(boxes), fit, merit)
-
-
-@dataclass(frozen=True, eq=False)
-class _Start:
-    """A sum of laws with parameters, at its least-squares fit to the learned curve."""
-
-    laws: tuple[Law, ...]
-    argument: Argument
-    parameters: tuple[Parameter, ...]
-    symbols: Mapping[str, sympy.Symbol]
-    values: Mapping[str, float]
-    misfit: float
-
-    def expression(self, x: sympy.Expr) -> sympy.Expr:
-        at = replace(self.argument, x=x)
-        parts = ((name, part) for law in self.laws for name, part in law.parts.items())
-        return sympy.Add(*(self.symbols[name] * part(at, self.symbols) for name, part in parts))
-
-    @staticmethod
-    def of(laws: tuple[Law, ...], reading: _Reading) -> _Start:
-        x, y = reading.samples
-        parts = {name: part for law in laws for name, part in law.parts.items()}
-        shapes = {name: shape for law in laws for name, shape in law.shapes.items()}
-        shaped = {name: tuple(law.shapes) for law in laws for name in law.parts}
-        names = {name: free_name(reading.found.model, f"{reading.term.name}_{name}") for name in (*parts, *shapes)}
-        symbols = {name: sympy.Symbol(own, real=True) for name, own in names.items()}
-        reach, own = reading.argument.reach, reading.argument.symbol
-        at = replace(reading.argument, x=own)
-        # Of the shapes a grid, of the coefficients the least squares.
-        best: tuple[float, dict[str, float], Array, Array] | None = None
-        for tried in product(*(shape.starts(reach).tolist() for shape in shapes.values())):
-            chosen = dict(zip(shapes, tried, strict=True))
-            numbers = {symbols[name]: value for name, value in chosen.items()}
-            found = []
-            for name, part in parts.items():
-                place = name, tuple(chosen[shape] for shape in shaped[name])
-                if place not in reading.columns:
-                    reading.columns[place] = _evaluated(part(at, symbols).xreplace(numbers), own, x)
-                found.append(reading.columns[place])
-            columns = np.stack(found, axis=1)
-            sizes = np.maximum(np.abs(columns).max(axis=0), np.finfo(float).tiny)
-            coefficients = np.linalg.lstsq(columns / sizes, y, rcond=1e-10)[0] / sizes
-            misfit = float(np.mean((columns @ coefficients - y) ** 2))
-            if best is None or misfit < best[0]:
-                best = misfit, chosen, coefficients, sizes
-        assert best is not None
-        misfit, chosen, coefficients, sizes = best
-        ends = _REACH * max(float(np.abs(y).max()), np.finfo(float).tiny) / sizes
-        parameters = [Parameter(names[part], -end, end) for part, end in zip(parts, ends.tolist(), strict=True)] + [
-            Parameter(names[name], *shape.box(reach)) for name, shape in shapes.items()
-        ]
-        inside = np.clip(coefficients, -ends, ends).tolist()
-        values = {names[name]: value for name, value in (*zip(parts, inside, strict=True), *chosen.items())}
-        return _Start(laws, reading.argument, tuple(parameters), symbols, values, misfit)
-
-
-def _evaluated(expression: sympy.Expr, symbol: sympy.Symbol, x: Array) -> Array:
-    return np.asarray(np.broadcast_to(sympy.lambdify(symbol, expression, "numpy")(x), x.shape), dtype=np.float64)
 
 
 def _errors(model: Model, fit: Fit, record: Record) -> Errors:
