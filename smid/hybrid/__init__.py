@@ -20,41 +20,69 @@ from smid.hybrid.analysis import Requirement, learned_response, network_alone, p
 from smid.hybrid.back_couplings import EXTRA, SIMPLE, STATIC, BackCouplings, BackCouplingWarning
 from smid.hybrid.cost_surface import CostSurface, cost_surface
 from smid.hybrid.embedded import embedded
-from smid.hybrid.estimate import HybridEstimate, estimate
+from smid.hybrid.ensemble import Ensemble, ensemble
+from smid.hybrid.estimate import HybridEstimate, StalledFitWarning, estimate
 from smid.hybrid.free_run_error import FreeRunError, FreeRuns
-from smid.hybrid.hybrid_model import HYBRID, HybridModel
-from smid.hybrid.neural import NeuralTerm, network_of, with_network
+from smid.hybrid.hybrid_model import HYBRID, HybridModel, Placed
+from smid.hybrid.laws import LAWS, Argument, Law, Shape
+from smid.hybrid.learned_curve import LearnedCurve, learned_curve
+from smid.hybrid.learned_law import LearnedLaw, ReadLaw, learned_law
+from smid.hybrid.network_only import network_only
+from smid.hybrid.neural import NeuralTerm, network_of, network_output, with_network
 from smid.hybrid.parallel import parallel
+from smid.hybrid.prune import prune
 from smid.hybrid.series import series
 from smid.hybrid.simultaneous import simultaneous
 from smid.hybrid.topology import Topology
+from smid.hybrid.trained_range import Extrapolation, TrainedRange, extrapolation
+from smid.hybrid.upstream import upstream
 
 __all__ = [
     "EXTRA",
     "HYBRID",
+    "LAWS",
     "SIMPLE",
     "STATIC",
+    "Argument",
     "BackCouplingWarning",
     "BackCouplings",
     "CostSurface",
+    "Ensemble",
+    "Extrapolation",
     "FreeRunError",
     "FreeRuns",
     "HybridEstimate",
     "HybridModel",
+    "Law",
+    "LearnedCurve",
+    "LearnedLaw",
     "NeuralTerm",
+    "Placed",
+    "ReadLaw",
     "Requirement",
+    "Shape",
+    "StalledFitWarning",
     "Topology",
+    "TrainedRange",
     "cost_surface",
     "embedded",
+    "ensemble",
     "estimate",
+    "extrapolation",
+    "learned_curve",
+    "learned_law",
     "learned_response",
     "network_alone",
     "network_of",
+    "network_only",
+    "network_output",
     "parallel",
+    "prune",
     "pulse_transfer",
     "required",
     "series",
     "simultaneous",
     "transfer",
+    "upstream",
     "with_network",
 ]

@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 import sympy
 
 from smid.hybrid.back_couplings import STATIC
-from smid.hybrid.hybrid_model import HybridModel
+from smid.hybrid.hybrid_model import HybridModel, Placed, joined, whole
 from smid.hybrid.neural import NeuralTerm
 from smid.models import Model
 
@@ -23,25 +23,29 @@ __all__ = ["embedded"]
 
 
 def embedded(
-    white: Model,
+    white: Model | HybridModel,
     factors: Mapping[str, sympy.Expr],
     inputs: Sequence[sympy.Expr],
-    hidden: tuple[int, ...] = (1,),
+    hidden: tuple[int, ...] = (3,),
     *,
     name: str = "N",
+    neuron: str = "tanh",
 ) -> HybridModel:
     """Return a hybrid model with a network inside the balances of a first-principles model.
 
     Parameters
     ----------
     white
-        First-principles model. Parameters with a box are estimated together with the weights.
+        First-principles model, or a hybrid model that gets one more network. Parameters with a box are estimated
+        together with the weights.
     factors
         For each signal, the factor of the network in that signal's line.
     inputs
         Network inputs: signals at time t.
     name
         Prefix of the weights' names.
+    neuron
+        "tanh", "logistic" or "radial".
 
     Raises
     ------
@@ -58,8 +62,8 @@ def embedded(
     >>> joined.model.lines[0].expression.expand().coeff(joined.term.parameters[1].symbol)
     -1/tau
     """
-    term = NeuralTerm(name, tuple(inputs), hidden)
-    model = white.with_parameter(*term.parameters)
+    term = NeuralTerm(name, tuple(inputs), hidden, neuron=neuron)
+    model = whole(white).with_parameter(*term.parameters)
     for line, factor in factors.items():
         model = model.add_term(line, factor * term.expression)
-    return HybridModel(model, term, white, "embedded", STATIC)
+    return joined(white, model, Placed(term, "embedded", STATIC))

@@ -4,16 +4,21 @@ The residual is the output error one step ahead ("prediction", past outputs are 
 ("simulation", past outputs are the model's own). The minimiser is one of `smid.networks`.
 
 - Scaling: network inputs are scaled to [-1, 1]. All other numbers get units that change the output by one standard
-  deviation.
-- Start: hidden weights after Nguyen and Widrow. The last layer starts at zero, which is the first-principles model
+  deviation (`smid.hybrid.problem`).
+- Start: random hidden weights, for every network. The last layers start at zero, which is the first-principles model
   alone. A free-run fit starts from the result of the prediction fit, because it learns dynamics slowly from zero.
-- Safeguard: outside the parameters' boxes, and where the run diverges, the error is infinite, so no step goes there.
+- Initial states, also of hidden states, are estimated together with the parameters (`smid.fitting.fit`).
+- Safeguard: steps are projected on the parameters' boxes. Where the run diverges, the error is infinite, so no step
+  goes there. A descent that stalls is told.
+- Against overfitting: a penalty of squared weights, by default the one that the data tell
+  (`smid.hybrid.regularisation`), or early stopping on the last part of each experiment.
 
-Reference: hybrid thesis, sections 3.4 and 4.2; Nguyen and Widrow, IJCNN 1990.
+Reference: hybrid thesis, sections 3.4 and 4.2; Nguyen and Widrow, IJCNN 1990; Prechelt (1998) (early stopping).
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -24,31 +29,43 @@ from numpy.typing import NDArray
 from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
 from smid.display.result import Part, Result, plain
-from smid.fitting.fit import Fit, Fitting, prediction
+from smid.fitting.fit import Fit, Fitting
 from smid.hybrid.analysis import required
 from smid.hybrid.back_couplings import warn_of_few_couplings
 from smid.hybrid.hybrid_model import HybridModel, bound_to
-from smid.hybrid.neural import NeuralTerm
-from smid.models import Line, Model, ModelError, signal, t
+from smid.hybrid.problem import HybridError, hybrid_error
+from smid.hybrid.regularisation import FIRST, regularised, weight_groups, with_penalty
+from smid.hybrid.scaled_start import ahead_of, first_principles, has_sensor_curve, hidden_weights, scaled
+from smid.hybrid.trained_range import TrainedRange, network_inputs, trained_ranges
+from smid.models import Model, ModelError, Parameter
 from smid.models.errors import refuse_unknown
 from smid.networks import (
     Method,
     MultiStart,
-    NormalEquations,
     ProgressCallback,
-    Scaling,
+    Stop,
     descend,
-    fold,
     levenberg_marquardt,
     multistart,
-    nguyen_widrow,
-    sum_normal_equations,
 )
 
-__all__ = ["ERRORS", "HybridEstimate", "estimate"]
+__all__ = ["ERRORS", "HybridEstimate", "StalledFitWarning", "estimate"]
 
 ERRORS = ("prediction", "simulation")
-_INSENSITIVE = 1e-8  # smallest slope to scale by, in standard deviations of the output
+_PATIENCE = 30  # steps without a smaller validation error
+_END = 1e-6  # of the width of a box
+
+Masks = list[NDArray[np.bool_]]
+
+
+class StalledFitWarning(UserWarning):
+    """Warning that the best descent of an estimate ended although a step should lower its error.
+
+    Examples
+    --------
+    >>> issubclass(StalledFitWarning, UserWarning)
+    True
+    """
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -63,67 +80,89 @@ class HybridEstimate(Result):
         Free run over all experiments.
     search
         Descents from all starts, in scaled parameters and errors.
+    stop
+        Why the last descent ended.
+    trained
+        Range of each network input on the fitted samples.
+    used
+        Shape (n,). Per experiment, the fitted samples.
     """
 
     hybrid: HybridModel
     fit: Fit
     search: MultiStart
+    stop: Stop
+    trained: tuple[TrainedRange, ...]
+    data: Dataset
+    used: tuple[NDArray[np.bool_], ...]
 
     @property
     def model(self) -> Model:
         """Return the estimated model."""
         return self.hybrid.model
 
+    @property
+    def rmse(self) -> dict[str, float]:
+        """Return the RMSE of the free run on the fitted samples, by output channel, in its unit."""
+        found = {}
+        for channel in self.model.output_channels:
+            errors = zip(self.fit.residual(self.data, channel), self.used, strict=True)
+            found[channel] = float(np.sqrt(np.nanmean(np.concatenate([e[mask] for e, mask in errors]) ** 2)))
+        return found
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Return what limits the fit, in sentences."""
+        told = []
+        if self.stop is Stop.STALLED:
+            told.append("The descent stalled before a minimum: try more starts, or other start values.")
+        if self.stop is Stop.ITERATIONS:
+            told.append("The limit of iterations ended the fit before its minimum: give more iterations.")
+        weights = self._weights
+        ends = [p for p in self.model.parameters if _at_an_end(p, self.model.values.get(p.name, np.nan))]
+        for p in ends:
+            if p.name not in weights:
+                told.append(
+                    f"{p.name} = {self.model.values[p.name]:.4g} {p.unit}".rstrip() + " lies at an end of its box."
+                )
+        if count := sum(p.name in weights for p in ends):
+            told.append(
+                f"Weights at their limit: {count}. The law that is learned may be steeper, or need less neurons."
+            )
+        return tuple(told)
+
+    @property
+    def _weights(self) -> set[str]:
+        return {parameter.name for placed in self.hybrid.networks for parameter in placed.term.parameters}
+
     def _content(self) -> Iterator[Part]:
-        free = [p for p in self.hybrid.white.parameters if p.lower < p.upper]
-        told = "".join(f"; {p.name} = {self.model.values[p.name]:.4g} {p.unit}".rstrip() for p in free)
-        weights = len(self.hybrid.term.parameters)
-        yield f"{self.hybrid.topology}, {self.hybrid.couplings}, {weights} weights{told}; {self.search}"
+        weights = self._weights
+        free = [p for p in self.model.parameters if p.lower < p.upper]
+        told = "".join(
+            f"; {p.name} = {self.model.values[p.name]:.4g} {p.unit}".rstrip() for p in free if p.name not in weights
+        )
+        where = ", ".join(f"{placed.topology}, {placed.couplings}" for placed in self.hybrid.networks)
+        started = f"start {self.search.winner + 1} of {len(self.search.descents)}"
+        yield f"{where}, {sum(p.name in weights for p in free)} weights{told}; {started}: {self.stop.value}"
+        units = {channel.name: channel.unit for channel in self.data.channels}
+        errors = (f"{channel} {rmse:.4g} {units.get(channel, '')}".rstrip() for channel, rmse in self.rmse.items())
+        yield f"RMSE of the free run: {', '.join(errors)}"
+        yield from self.notes
 
     def to_dict(self) -> dict[str, Any]:
         """Return the estimated model, the free run and the result of the search as plain data."""
         return {
-            "topology": self.hybrid.topology,
-            "couplings": plain(self.hybrid.couplings),
+            "networks": [
+                {"name": placed.term.name, "topology": placed.topology, "couplings": plain(placed.couplings)}
+                for placed in self.hybrid.networks
+            ],
             "model": self.model.to_dict(),
             "cost": plain(self.fit.cost),
             "simulated": plain(self.fit.simulated),
+            "trained": plain(self.trained),
             "search": str(self.search),
+            "notes": list(self.notes),
         }
-
-
-@dataclass(frozen=True, eq=False)
-class _Scaled:
-    """Output error as a least-squares problem in ``theta``; the fitted numbers are ``units @ theta``."""
-
-    fitting: Fitting
-    units: Array
-
-    @property
-    def count(self) -> int:
-        """Return the number of residuals."""
-        return sum(int(mask.sum()) for mask in self.fitting.used) * len(self.fitting.outputs)
-
-    def vector(self, theta: Array) -> Array:
-        return np.asarray(self.units @ theta)
-
-    def theta(self, values: Mapping[str, float]) -> Array:
-        return np.asarray(np.linalg.solve(self.units, self.fitting.start(values)), dtype=np.float64)
-
-    def values(self, theta: Array) -> dict[str, float]:
-        return dict(zip(self.fitting.run.parameters, self.vector(theta).tolist(), strict=False))
-
-    def error(self, theta: Array) -> float:
-        vector = self.vector(theta)
-        count = self.fitting.lower.size
-        if np.any(vector[:count] < self.fitting.lower) or np.any(vector[:count] > self.fitting.upper):
-            return np.inf
-        with np.errstate(all="ignore"):  # a run may diverge
-            return float(np.mean(self.fitting.residual(vector) ** 2))
-
-    def normal_equations(self, theta: Array) -> NormalEquations:
-        vector = self.vector(theta)
-        return sum_normal_equations([(self.fitting.residual(vector), self.fitting.jacobian(vector) @ self.units)])
 
 
 def estimate(
@@ -136,6 +175,8 @@ def estimate(
     method: Method = levenberg_marquardt,
     starts: int = 5,
     iterations: int = 300,
+    regularisation: float | None = None,
+    validation: float = 0.0,
     seed: int | np.random.Generator,
     progress: ProgressCallback | None = None,
 ) -> HybridEstimate:
@@ -157,6 +198,11 @@ def estimate(
         Number of random starts; the smallest error is kept.
     iterations
         Maximum number of steps from each start.
+    regularisation
+        Penalty of each squared, scaled weight, against the sum of squared errors in standard deviations. By default it
+        is found from the data; with `validation` it is zero.
+    validation
+        Share of the used samples, the last of each experiment, that stop the descents early and choose the start.
     progress
         Called after each step with a `Progress`.
 
@@ -164,14 +210,15 @@ def estimate(
     -----
     BackCouplingWarning
         If the network has fewer back couplings than the plant requires.
+    StalledFitWarning
+        If the best descent ended although a step should lower its error.
 
     Raises
     ------
     DataError
         If there are more unknowns than samples, or a channel is missing.
     ModelError
-        If an option is unknown, the first-principles simulation diverges, or an input far from zero needs weights
-        beyond their limit.
+        If an option is unknown or not valid, or the first-principles simulation diverges.
 
     Examples
     --------
@@ -185,47 +232,109 @@ def estimate(
     >>> bool(np.std(found.fit.residual(data, "y")[0]) < 0.1 * np.std(y))
     True
     """
-    refuse_unknown("error", [error], ERRORS)
-    if starts < 1 or iterations < 1:
-        raise ModelError(f"starts = {starts}, iterations = {iterations}: give positive numbers")
+    _check_options(error, starts, iterations, regularisation, validation)
     # Compare the back couplings with those that the plant requires.
     if plant is not None:
         needed = required(plant, hybrid.white, hybrid.topology, data.sampling_time)
         warn_of_few_couplings(hybrid.couplings, needed.couplings, stacklevel=2)
-    # Prepare the free-run and the one-step-ahead problem.
+    # Prepare the free-run and the one-step-ahead problem, with scaled networks.
     hybrid = bound_to(hybrid, data)
     masks = [np.arange(run.n_samples) >= data.n_init for run in data.experiments] if used is None else list(used)
-    free_run, ahead = Fitting(hybrid.model, data, masks), _ahead(hybrid.model, data, masks)
-    _check_count(free_run)
-    # Draw the starts: first-principles values and random hidden weights.
+    _check_count(Fitting(hybrid.model, data, masks))
+    alone = first_principles(hybrid)
+    hybrid = scaled(hybrid, data, masks, alone)
+    training, checking = _split(masks, validation)
+    # Descend from random hidden weights: one step ahead, and from there in a free run.
     generator = np.random.default_rng(seed)
-    alone = _first_principles(hybrid)
-    ranges = _input_ranges(hybrid, data, masks, alone)
-    points = [{**alone, **_hidden_weights(hybrid.term, ranges, generator)} for _ in range(starts)]
-    # Scale the chosen error and minimise it from each start.
-    if error == "prediction":
-        problem = _scaled(ahead, hybrid, ranges, alone)
-        thetas = [problem.theta(values) for values in points]
-    else:
-        problem, first = (_scaled(fitting, hybrid, ranges, alone) for fitting in (free_run, ahead))
-        thetas = [_after_prediction(problem, first, values, method, iterations) for values in points]
-    search = multistart(method, problem, thetas, iterations=iterations, patience=iterations, progress=progress)
-    values = problem.values(search.theta)
-    # A prediction fit still needs initial states for the free run.
+    points = [{**alone, **hidden_weights(hybrid, generator)} for _ in range(starts)]
+    found_from_data = regularisation is None and not validation
+    penalty = FIRST if found_from_data else regularisation or 0.0
+    stages = _Stages(hybrid, data, training, method, iterations, penalty)
+    begun = [stages.begin(values, error) for values in points]
+    problem = stages.problem(error, begun[0])
+    thetas = [problem.theta(values) for values in begun]
+    check = Fitting(hybrid.model, data, checking) if error == "simulation" else ahead_of(hybrid.model, data, checking)
+    check.start(begun[0])
+    search = multistart(
+        method,
+        problem,
+        thetas,
+        validation=(lambda theta: _mean_square(check, problem.vector(theta))) if validation else None,
+        iterations=iterations,
+        patience=_PATIENCE if validation else iterations,
+        progress=progress,
+    )
+    last = search.descents[search.winner]
+    if found_from_data:
+        problem, last = regularised(problem, hybrid, last.theta, method, iterations)
+    theta = last.theta
+    # Run freely over everything; a prediction fit still needs initial states.
+    values = problem.values(theta)
+    free_run = Fitting(hybrid.model, data, masks)
     if error == "prediction":
         vector, cost = free_run.solve(free_run.start(values), held=free_run.run.parameters)
     else:
-        vector, cost = problem.vector(search.theta), search.descents[search.winner].best * problem.count
+        free_run.start(values)
+        vector = problem.vector(theta)
+        cost = float(np.sum(free_run.residual(vector) ** 2))
     found = free_run.result(vector, cost)
-    return HybridEstimate(replace(hybrid, model=found.model), found, search)
+    hybrid = replace(hybrid, model=found.model)
+    inputs = network_inputs(hybrid, lambda model: Fitting(model, data, masks), found.model.values, found.initial)
+    result = HybridEstimate(hybrid, found, search, last.stop, trained_ranges(hybrid, inputs, masks), data, tuple(masks))
+    if result.stop is Stop.STALLED:
+        warnings.warn(result.notes[0], StalledFitWarning, stacklevel=2)
+    return result
 
 
-def _ahead(model: Model, data: Dataset, used: Sequence[NDArray[np.bool_]]) -> Fitting:
-    """Return the fit of the one-step-ahead predictions over the samples that can be predicted."""
-    if any(item.inverse is not None for item in model.outputs):
-        raise ModelError(f"an output of {model.name!r} has a sensor curve: put the curve into the model's lines")
-    # The first samples cannot be predicted: the samples before them are unknown.
-    return prediction(model, data, [mask & (np.arange(mask.size) >= model.max_lag) for mask in used])
+def _check_options(error: str, starts: int, iterations: int, regularisation: float | None, validation: float) -> None:
+    refuse_unknown("error", [error], ERRORS)
+    if starts < 1 or iterations < 1:
+        raise ModelError(f"starts = {starts}, iterations = {iterations}: give positive numbers")
+    if regularisation is not None and not 0 <= regularisation < np.inf:
+        raise ModelError(f"regularisation = {regularisation}: give 0 or a small positive number, such as 1e-4")
+    if not 0 <= validation <= 0.5:
+        raise ModelError(f"validation = {validation}: give a share of the samples between 0 and 0.5")
+
+
+def _at_an_end(p: Parameter, value: float) -> bool:
+    """Return whether a free parameter lies at an end of its box."""
+    near = _END * (p.upper - p.lower if np.isfinite(p.upper - p.lower) else 0.0)
+    return p.lower < p.upper and min(value - p.lower, p.upper - value) <= near
+
+
+@dataclass(frozen=True, eq=False)
+class _Stages:
+    """What leads from a random start to the start of the final descent."""
+
+    hybrid: HybridModel
+    data: Dataset
+    used: Masks
+    method: Method
+    iterations: int
+    penalty: float
+
+    def fitting(self, error: str) -> Fitting:
+        return (ahead_of if error == "prediction" else Fitting)(self.hybrid.model, self.data, self.used)
+
+    def problem(self, error: str, at: Mapping[str, float]) -> HybridError:
+        plain = hybrid_error(self.fitting(error), self.hybrid, at)
+        groups = weight_groups(plain, self.hybrid)
+        return with_penalty(plain, groups, [self.penalty] * len(groups))
+
+    def begin(self, values: Mapping[str, float], error: str) -> Mapping[str, float]:
+        """Return the better start of a free-run fit: the result of the prediction fit, or the first point."""
+        if error == "prediction" or has_sensor_curve(self.hybrid.model):
+            return values
+        first = self.problem("prediction", values)
+        descent = descend(self.method, first, first.theta(values), iterations=self.iterations, patience=self.iterations)
+        free_run = self.fitting("simulation")
+        points = [{**values, **first.values(descent.theta)}, dict(values)]
+        return min(points, key=lambda point: _mean_square(free_run, free_run.start(point)))
+
+
+def _mean_square(fitting: Fitting, vector: Array) -> float:
+    with np.errstate(all="ignore"):
+        return float(np.nan_to_num(np.mean(fitting.residual(vector) ** 2), nan=np.inf))
 
 
 def _check_count(fitting: Fitting) -> None:
@@ -237,89 +346,12 @@ def _check_count(fitting: Fitting) -> None:
         )
 
 
-def _first_principles(hybrid: HybridModel) -> dict[str, float]:
-    """Return the start: first-principles values, or the middle of each box, and zero weights."""
-    values = {parameter.name: 0.0 for parameter in hybrid.term.parameters}
-    for parameter in hybrid.white.parameters:
-        if parameter.lower < parameter.upper:
-            middle = (parameter.lower + parameter.upper) / 2
-            values[parameter.name] = hybrid.model.values.get(parameter.name, middle if np.isfinite(middle) else 0.0)
-    return values
-
-
-def _input_ranges(
-    hybrid: HybridModel, data: Dataset, used: Sequence[NDArray[np.bool_]], alone: Mapping[str, float]
-) -> Scaling:
-    """Return the range of the network inputs, with measured past outputs."""
-    names = [f"{hybrid.term.name}_input{k}" for k in range(len(hybrid.term.inputs))]
-    lines = tuple(Line(signal(name)[t], item) for name, item in zip(names, hybrid.term.inputs, strict=True))
-    model = replace(hybrid.model, lines=(*hybrid.model.lines, *lines))
-    # Simulate one step ahead, with a signal for each network input.
-    fitting = _ahead(model, data, used)
-    initial = fitting.initial(fitting.start(alone))
-    values = {name: alone[name] for name in fitting.run.parameters}
-    columns = []
-    for inputs, before, mask in zip(fitting.inputs, initial, used, strict=True):
-        found, _ = fitting.run.run(inputs, values, before, jacobian=False)
-        columns.append(np.stack([found[name][mask] for name in names], axis=1))
-    samples = np.concatenate(columns)
-    if not np.isfinite(samples).all():
-        raise ModelError(
-            f"the simulation of {hybrid.white.name!r} alone diverges on these data: start from other parameter values"
-        )
-    low, high = samples.min(axis=0), samples.max(axis=0)
-    # A constant input has no range; its weight acts as a bias.
-    return Scaling((high + low) / 2.0, np.where(high > low, (high - low) / 2.0, 1.0))
-
-
-def _hidden_weights(term: NeuralTerm, ranges: Scaling, generator: np.random.Generator) -> dict[str, float]:
-    """Return random hidden weights in the inputs' units; the last layer is zero."""
-    if not term.hidden:
-        return {}
-    network = fold(nguyen_widrow(term.sizes, generator), ranges, Scaling(np.zeros(1), np.ones(1)))
-    weights = network.weights.copy()
-    weights[-term.sizes[-1] - 1 :] = 0.0
-    largest = float(np.abs(weights).max())
-    if largest > term.limit:
-        raise ModelError(
-            f"the inputs of the network {term.name!r} need weights up to {largest:.3g}, beyond its limit "
-            f"{term.limit:g}: scale its inputs, as in (T[t] - 440) / 10"
-        )
-    names = (parameter.name for parameter in term.parameters)
-    return dict(zip(names, weights.tolist(), strict=True))
-
-
-def _scaled(fitting: Fitting, hybrid: HybridModel, ranges: Scaling, alone: Mapping[str, float]) -> _Scaled:
-    start = fitting.start(alone)
-    slopes = np.sqrt(np.mean(fitting.jacobian(start) ** 2, axis=0))
-    if not np.isfinite(slopes).all():
-        raise ModelError(
-            f"the simulation of {hybrid.white.name!r} alone diverges on these data: start from other parameter values"
-        )
-    weights = [fitting.run.parameters.index(parameter.name) for parameter in hybrid.term.parameters]
-    unit = np.where(slopes > _INSENSITIVE, 1.0 / np.maximum(slopes, _INSENSITIVE), np.maximum(np.abs(start), 1.0))
-    units = np.diag(unit)
-    units[np.ix_(weights, weights)] = _weight_units(hybrid.term, ranges, float(unit[weights[-1]]))
-    return _Scaled(fitting, units)
-
-
-def _weight_units(term: NeuralTerm, ranges: Scaling, output: float) -> Array:
-    """Return the matrix from weights for scaled inputs and output to weights in their units."""
-    k = term.sizes[0]
-    m = (*term.hidden, 1)[0]
-    units = np.eye(len(term.parameters))
-    for row in range(m):
-        block = slice(row * k, (row + 1) * k)
-        units[block, block] = np.diag(1.0 / ranges.half_range)
-        units[m * k + row, block] = -ranges.centre / ranges.half_range
-    units[-term.sizes[-1] - 1 :] *= output
-    return units
-
-
-def _after_prediction(
-    problem: _Scaled, first: _Scaled, values: Mapping[str, float], method: Method, iterations: int
-) -> Array:
-    """Return the better start of a free-run fit: the result of the prediction fit, or the first point."""
-    found = first.values(descend(method, first, first.theta(values), iterations=iterations, patience=iterations).theta)
-    points = [problem.theta(point) for point in (found, values)]
-    return min(points, key=lambda theta: float(np.nan_to_num(problem.error(theta), nan=np.inf)))
+def _split(masks: Masks, validation: float) -> tuple[Masks, Masks]:
+    """Return the samples to descend on, and the last of each experiment, to stop on."""
+    training, checking = [], []
+    for mask in masks:
+        order = np.cumsum(mask)
+        last = mask & (order > round((1.0 - validation) * order[-1]))
+        training.append(mask & ~last)
+        checking.append(last)
+    return training, checking

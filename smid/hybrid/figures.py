@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from smid.display.style import INK, RED, WIDTH, style
+from smid.display.style import BLUE, INK, RED, SKY, WIDTH, style
 
 if TYPE_CHECKING:
     from smid.hybrid.cost_surface import CostSurface
+    from smid.hybrid.learned_curve import LearnedCurve
+    from smid.hybrid.learned_law import ReadLaw
 
-__all__ = ["surface_figure"]
+__all__ = ["curve_figure", "surface_figure"]
 
 
 def surface_figure(surface: CostSurface) -> Figure:
@@ -35,4 +37,20 @@ def surface_figure(surface: CostSurface) -> Figure:
         flat.contourf(along, across, height, levels=24, cmap="viridis")
         flat.plot(*surface.least, "o", markersize=4, color=RED, markeredgecolor=INK, markeredgewidth=0.5)
         flat.set(xlabel=one, ylabel=two, title=f"minimum: {surface.rmse.min():.3g}")
+    return figure
+
+
+def curve_figure(curve: LearnedCurve, law: ReadLaw | None = None) -> Figure:
+    """Return a figure of a learned curve, with a band of two standard deviations and the law that was read."""
+    with style():
+        figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
+        axes = figure.subplots()
+        if np.isfinite(curve.deviation).all():
+            low, high = curve.y - 2 * curve.deviation, curve.y + 2 * curve.deviation
+            axes.fill_between(curve.x, low, high, color=SKY, alpha=0.45, linewidth=0, label="± 2 standard deviations")
+        axes.plot(curve.x, curve.y, color=BLUE, label=f"network {curve.network}")
+        if law is not None:
+            axes.plot(curve.x, law(curve.x), color=RED, linestyle="--", label=" + ".join(law.names))
+        axes.set(xlabel=f"x = {curve.argument}", ylabel="output of the network")
+        axes.legend()
     return figure

@@ -13,7 +13,15 @@ from __future__ import annotations
 import sympy
 
 from smid.hybrid.back_couplings import BackCouplings
-from smid.hybrid.hybrid_model import HYBRID, HybridModel, measure_instead, output_measurement
+from smid.hybrid.hybrid_model import (
+    HybridModel,
+    Placed,
+    hybrid_name,
+    joined,
+    measure_instead,
+    output_measurement,
+    whole,
+)
 from smid.hybrid.neural import NeuralTerm
 from smid.hybrid.topology import Topology
 from smid.models import Model, signal, t
@@ -38,12 +46,13 @@ class Parallel(Topology):
 
 
 def parallel(
-    white: Model,
+    white: Model | HybridModel,
     couplings: BackCouplings,
     hidden: tuple[int, ...] = (2,),
     *,
     output: str | None = None,
     name: str = "N",
+    neuron: str = "tanh",
 ) -> HybridModel:
     """Return a hybrid model with a network beside a first-principles model.
 
@@ -61,8 +70,11 @@ def parallel(
     >>> parallel(Reactor(2.0), SIMPLE, ()).model.lines[-1].expression
     N_b1_1 + N_w1_1_1*u[t] + N_w1_1_2*(hybrid[t - 1] - w[t - 1]) + w[t]
     """
-    shown = output_measurement(white, output)
-    w, hybrid = signal(shown.signal)[t], signal(HYBRID)[t]
-    term = NeuralTerm(name, couplings.samples([signal(item) for item in white.inputs], hybrid - w), hidden)
-    model = measure_instead(white.with_line(HYBRID, w + term.expression, term.parameters), shown, HYBRID)
-    return HybridModel(model, term, white, Parallel.name, couplings)
+    before = whole(white)
+    shown, result = output_measurement(before, output), hybrid_name(before)
+    w, hybrid = signal(shown.signal)[t], signal(result)[t]
+    term = NeuralTerm(
+        name, couplings.samples([signal(item) for item in before.inputs], hybrid - w), hidden, neuron=neuron
+    )
+    model = measure_instead(before.with_line(result, w + term.expression, term.parameters), shown, result)
+    return joined(white, model, Placed(term, Parallel.name, couplings))

@@ -13,7 +13,15 @@ from __future__ import annotations
 import sympy
 
 from smid.hybrid.back_couplings import BackCouplings
-from smid.hybrid.hybrid_model import HYBRID, HybridModel, measure_instead, output_measurement
+from smid.hybrid.hybrid_model import (
+    HybridModel,
+    Placed,
+    hybrid_name,
+    joined,
+    measure_instead,
+    output_measurement,
+    whole,
+)
 from smid.hybrid.neural import NeuralTerm
 from smid.hybrid.topology import Topology
 from smid.models import Model, signal, t
@@ -33,19 +41,21 @@ class Series(Topology):
 
 
 def series(
-    white: Model,
+    white: Model | HybridModel,
     couplings: BackCouplings,
     hidden: tuple[int, ...] = (3,),
     *,
     output: str | None = None,
     name: str = "N",
+    neuron: str = "tanh",
 ) -> HybridModel:
     """Return a hybrid model with a network after a first-principles model.
 
     Parameters
     ----------
     white
-        First-principles model. Parameters with lower < upper are estimated together with the weights.
+        First-principles model, or a hybrid model that gets one more network. Parameters with lower < upper are
+        estimated together with the weights.
     couplings
         Back couplings of the network.
     hidden
@@ -54,6 +64,8 @@ def series(
         Channel to correct; needed if there are several.
     name
         Prefix of the weights' names.
+    neuron
+        "tanh", "logistic" or "radial".
 
     Raises
     ------
@@ -67,7 +79,8 @@ def series(
     >>> series(Reactor(2.0), SIMPLE, ()).model.lines[-1].expression
     N_b1_1 + N_w1_1_1*w[t] + N_w1_1_2*hybrid[t - 1]
     """
-    shown = output_measurement(white, output)
-    term = NeuralTerm(name, couplings.samples([signal(shown.signal)], signal(HYBRID)[t]), hidden)
-    model = measure_instead(white.with_line(HYBRID, term.expression, term.parameters), shown, HYBRID)
-    return HybridModel(model, term, white, Series.name, couplings)
+    before = whole(white)
+    shown, result = output_measurement(before, output), hybrid_name(before)
+    term = NeuralTerm(name, couplings.samples([signal(shown.signal)], signal(result)[t]), hidden, neuron=neuron)
+    model = measure_instead(before.with_line(result, term.expression, term.parameters), shown, result)
+    return joined(white, model, Placed(term, Series.name, couplings))

@@ -54,4 +54,4 @@ def simultaneous(
     ['tau', 'N_w1_1_1', 'N_b1_1', 'N_w2_1_1', 'N_b2_1']
     """
     joined = parallel(white.bound(**released), couplings, hidden, output=output, name=name)
-    return replace(joined, topology="simultaneous")
+    return replace(joined, networks=(replace(joined.only, topology="simultaneous"),))

@@ -177,7 +177,7 @@ class WithOutliers:
                 found, contents = certified.found, certified.certificates
             assert found.enclosure is not None
             if self._kept and found.enclosure.empty is not None and not contents:
-                raise ModelError("the proof reads bounds of hidden signals, and no file can: leave certificate out")
+                raise ModelError("the checker's arithmetic does not prove that a part is empty: leave certificate out")
             return _Enclosed(found.enclosure, ProvenPart(windows, contents))
         if found.reason in STOPPED:
             raise STOPPED[found.reason]

@@ -17,6 +17,7 @@ from smid.models.errors import ModelError
 
 __all__ = [
     "VALUE",
+    "as_written",
     "canonical",
     "end",
     "number",
@@ -195,7 +196,7 @@ def swapped(expression: sympy.Expr, swap: Mapping[sympy.Expr, sympy.Expr]) -> sy
     >>> swapped(sympy.Max(0, a + 1), {a: b})
     Max(0, b + 1)
     """
-    return rewritten(expression, dict(swap), _renamed if _only_renames(expression, swap) else _as_written)
+    return rewritten(expression, dict(swap), _renamed if _only_renames(expression, swap) else as_written)
 
 
 def _only_renames(expression: sympy.Expr, swap: Mapping[sympy.Expr, sympy.Expr]) -> bool:
@@ -236,7 +237,8 @@ def unevaluated(function: Callable[..., sympy.Expr], arguments: list[sympy.Expr]
     return function(*arguments) if function is ExprCondPair else function(*arguments, evaluate=False)
 
 
-def _as_written(node: sympy.Expr, arguments: list[sympy.Expr]) -> sympy.Expr:
+def as_written(node: sympy.Expr, arguments: list[sympy.Expr]) -> sympy.Expr:
+    """Return a node with other arguments, evaluated only where that is quick: what `swapped` builds with."""
     if all(new is old for new, old in zip(arguments, node.args, strict=True)):
         return node
     if node.is_Add or node.is_Mul:

@@ -6,7 +6,7 @@ from smid.networks.delays import delayed
 from smid.networks.descend import Descent, ProgressCallback, Stop, descend
 from smid.networks.gauss_newton import gauss_newton
 from smid.networks.gradient_descent import gradient_descent
-from smid.networks.least_squares import Iterate, LeastSquares, Method, NormalEquations, sum_normal_equations
+from smid.networks.least_squares import Bounded, Iterate, LeastSquares, Method, NormalEquations, sum_normal_equations
 from smid.networks.levenberg_marquardt import levenberg_marquardt
 from smid.networks.lockstep import Points, lockstep, stacked_normal_equations
 from smid.networks.multistart import MultiStart, multistart
@@ -18,6 +18,7 @@ from smid.networks.train import NetworkError, Training, train
 
 __all__ = [
     "Array",
+    "Bounded",
     "Descent",
     "Iterate",
     "LeastSquares",

@@ -14,11 +14,13 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Result
 from smid.models import ModelError
-from smid.networks.least_squares import LeastSquares, Method
+from smid.networks.least_squares import LeastSquares, Method, box_of, held
 
 __all__ = ["Descent", "Progress", "ProgressCallback", "Stop", "descend"]
 
 SLOW, WINDOW = 1e-4, 20
+STEEP = 1e-2  # share of the error that a Gauss-Newton step promises where a descent has not converged
+ROUNDING = 1e-16  # share of the first error
 
 
 class Stop(Enum):
@@ -31,6 +33,7 @@ class Stop(Enum):
     """
 
     CONVERGED = "the error falls no more"
+    STALLED = "stalled: a step should lower the error, but none does"
     VALIDATION = "the validation error no longer fell"
     ITERATIONS = "the limit of iterations was reached"
     INTERRUPTED = "interrupted: this is the best so far"
@@ -160,8 +163,21 @@ def descend(
             if len(training) > iterations:
                 stop = Stop.ITERATIONS
                 break
+        else:
+            least = max(min(training), ROUNDING * training[0])
+            if validation is None and _promised(problem, best) > STEEP * least:
+                stop = Stop.STALLED
     except KeyboardInterrupt:
         if not training:
             raise
         stop = Stop.INTERRUPTED
     return Descent(best, np.array(training), np.array(validated), stop)
+
+
+def _promised(problem: LeastSquares, theta: Array) -> float:
+    """Return how much a Gauss-Newton step within the box lowers the error, in the linear approximation."""
+    system = problem.normal_equations(theta)
+    moves = ~held(theta, system.gradient, *box_of(problem, theta))
+    gradient = system.gradient[moves]
+    step = np.linalg.lstsq(system.gram[np.ix_(moves, moves)], gradient, rcond=1e-8)[0]
+    return float(gradient @ step)

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from smid.networks.least_squares import Iterate, LeastSquares
+from smid.networks.least_squares import Iterate, LeastSquares, box_of, held
 
 __all__ = ["gauss_newton"]
 
@@ -35,15 +35,18 @@ def gauss_newton(problem: LeastSquares, start: Array) -> Iterator[Iterate]:
     >>> [i.error for i in gauss_newton(Line(), np.array([1.0, -2.0]))]
     [5.0, 0.0]
     """
-    theta = start
+    lower, upper = box_of(problem, start)
+    theta = np.clip(start, lower, upper)
     system = problem.normal_equations(theta)
     yield Iterate(theta, system.error)
     for _ in iter(int, 1):
-        step = -np.linalg.lstsq(system.gram, system.gradient, rcond=None)[0]
-        lengths = (theta + step / 2**k for k in range(HALVINGS))
-        lower = next((trial for trial in lengths if problem.error(trial) < system.error), None)
-        if lower is None:
+        moves = ~held(theta, system.gradient, lower, upper)
+        step = np.zeros(theta.shape)
+        step[moves] = -np.linalg.lstsq(system.gram[np.ix_(moves, moves)], system.gradient[moves], rcond=None)[0]
+        lengths = (np.clip(theta + step / 2**k, lower, upper) for k in range(HALVINGS))
+        better = next((trial for trial in lengths if problem.error(trial) < system.error), None)
+        if better is None:
             return
-        theta = lower
+        theta = better
         system = problem.normal_equations(theta)
         yield Iterate(theta, system.error)

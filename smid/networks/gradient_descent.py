@@ -10,8 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from relaxations.algebra.arrays import Array
-from smid.networks.least_squares import Iterate, LeastSquares
+from smid.networks.least_squares import Iterate, LeastSquares, box_of
 
 __all__ = ["gradient_descent"]
 
@@ -34,11 +36,12 @@ def gradient_descent(problem: LeastSquares, start: Array) -> Iterator[Iterate]:
     >>> sorted(errors, reverse=True) == errors, errors[-1] < 1e-20
     (True, True)
     """
-    theta, rate = start, START
+    lower, upper = box_of(problem, start)
+    theta, rate = np.clip(start, lower, upper), START
     system = problem.normal_equations(theta)
     yield Iterate(theta, system.error)
     while rate >= SMALLEST:
-        trial = theta - rate * system.gradient
+        trial = np.clip(theta - rate * system.gradient, lower, upper)
         if problem.error(trial) < system.error:
             theta, rate = trial, FACTOR * rate
             system = problem.normal_equations(theta)

@@ -3,20 +3,27 @@
     E(theta) = r'r / n,    E(theta + d) ~ E + 2 d'(J'r / n) + d'(J'J / n) d,    J = d r / d theta
 
 The normal equations are summed over blocks of samples, so that no Jacobian of millions of rows is held in memory.
+
+A problem may have a box. The methods then project: a trial is cut at the box, and a number at an end of its box stays
+there while the gradient points outwards. (An infinite error outside the box would end a descent at its first wall.)
+
+Reference: Bertsekas, "Projected Newton methods for optimization problems with simple constraints", SIAM J. Control
+Optim. 20 (1982).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from relaxations.algebra.arrays import Array
 from smid.models import ModelError
 
-__all__ = ["Iterate", "LeastSquares", "Method", "NormalEquations", "sum_normal_equations"]
+__all__ = ["Bounded", "Iterate", "LeastSquares", "Method", "NormalEquations", "box_of", "held", "sum_normal_equations"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +55,28 @@ class LeastSquares(Protocol):
     def normal_equations(self, theta: Array) -> NormalEquations:
         """Return the normal equations."""
         ...
+
+
+@runtime_checkable
+class Bounded(LeastSquares, Protocol):
+    """A problem whose numbers lie in a box."""
+
+    @property
+    def box(self) -> tuple[Array, Array]:
+        """Return the lower and the upper ends, shape (p,) each."""
+        ...
+
+
+def box_of(problem: LeastSquares, theta: Array) -> tuple[Array, Array]:
+    """Return the box of a problem, infinite where it has none."""
+    if isinstance(problem, Bounded):
+        return problem.box
+    return np.full(theta.shape, -np.inf), np.full(theta.shape, np.inf)
+
+
+def held(theta: Array, gradient: Array, lower: Array, upper: Array) -> NDArray[np.bool_]:
+    """Return which numbers stay at an end of their box, because the error falls outwards; shapes (..., p)."""
+    return np.asarray(((theta <= lower) & (gradient > 0)) | ((theta >= upper) & (gradient < 0)) | (lower == upper))
 
 
 @dataclass(frozen=True, eq=False)

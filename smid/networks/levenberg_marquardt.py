@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt from one start, without bounds: `smid.networks.lockstep` with one point and D = 1.
+"""Levenberg-Marquardt from one start: `smid.networks.lockstep` with one point and D = 1.
 
 The inputs and outputs of a network are scaled to [-1, 1], so the identity serves as well as Marquardt's diagonal of G.
 A weight without effect does not make the step singular. Hagan and Menhaj divide and multiply mu by ten: then about
@@ -16,7 +16,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from smid.networks.least_squares import Iterate, LeastSquares
+from smid.networks.least_squares import Iterate, LeastSquares, box_of
 from smid.networks.lockstep import Rows, descents
 
 __all__ = ["levenberg_marquardt"]
@@ -49,10 +49,9 @@ def levenberg_marquardt(problem: LeastSquares, start: Array) -> Iterator[Iterate
     >>> last.error < 1e-20
     True
     """
-    unbounded = np.full(start.shape, np.inf)
-    found = descents(
-        lambda theta: _OnePoint(problem, theta[0]), start[None], -unbounded, unbounded, scaled=False, fall=0.0
-    )
+    lower, upper = box_of(problem, start)
+    inside = np.clip(start, lower, upper)[None]
+    found = descents(lambda theta: _OnePoint(problem, theta[0]), inside, lower, upper, scaled=False, fall=0.0)
     for theta, errors, moved in found:
         if moved.size:
             yield Iterate(theta[0].copy(), float(errors[0]))

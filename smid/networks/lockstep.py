@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relaxations.algebra.arrays import Array
+from smid.networks.least_squares import held
 
 __all__ = ["Points", "descents", "lockstep", "stacked_normal_equations"]
 
@@ -143,8 +144,8 @@ def descents(
     while active.size:
         # One damped step for each active start, cut at the bounds.
         before, g, G = theta[active], gradient[active], gram[active]
-        held = ((before <= lower) & (g > 0)) | ((before >= upper) & (g < 0))
-        trial = np.clip(before + _step(g, G, sizes[active], damping[active], held), lower, upper)
+        fixed = held(before, g, lower, upper)
+        trial = np.clip(before + _step(g, G, sizes[active], damping[active], fixed), lower, upper)
         step = trial - before
         promised = -np.einsum("bi,bi->b", step, 2.0 * g + np.einsum("bij,bj->bi", G, step))
         points = evaluate(trial)

@@ -17,6 +17,7 @@ from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table
 from smid.identification.estimate import open_end
 from smid.models import Model
+from smid.validation.free_runs import beginning, free_runs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -113,7 +114,7 @@ class Validation(Tabular):
         """Return the validation that `to_dict` described; the free runs are repeated if the record is given."""
         model = read(content, "model", Model)
         record = referred(read(content, "data", Plain), data)
-        simulated = () if data is None else tuple(dict(run) for run in model.simulate(record).outputs)
+        simulated = () if data is None else free_runs(model, record)
         return Validation(model, record, scores_from(content), simulated)
 
     def plot(self, number: int = 0) -> Figure:
@@ -194,6 +195,6 @@ def scored_samples(model: Model, data: Dataset, number: int, channel: str, simul
 
     They are not missing, and lie after the warm-up and after the samples that start the run.
     """
-    begun = int(np.argmax(~np.isnan(simulated)))
+    begun = max(int(np.argmax(~np.isnan(simulated))), beginning(model, len(simulated)) - model.max_lag)
     there = ~np.isnan(data.values(channel, number))
     return np.asarray(there & (np.arange(len(there)) >= max(data.n_init, begun + model.max_lag)))

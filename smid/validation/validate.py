@@ -11,6 +11,7 @@ from smid.fitting.binding import bind
 from smid.identification.estimate import Estimate
 from smid.models import Model, ModelError
 from smid.validation.fit import ModelFit
+from smid.validation.free_runs import free_runs
 from smid.validation.scores import Validation, scored_samples, scores_of
 
 Candidate = Model | Estimate | ModelFit
@@ -46,8 +47,8 @@ def bound_model(given: Candidate, data: Given) -> tuple[Model, Dataset]:
 def validate(model: Candidate, data: Given, noise_bound: float | Mapping[str, float] | None = None) -> Validation:
     """Return the scores of a model's free run on data (phase 3 of the clutch thesis, 3.2.3).
 
-    The free run starts from the first measured outputs. These samples, the warm-up (``n_init``) and missing samples are
-    not scored.
+    The free run starts from the first measured outputs. Hidden states, which no channel shows, start where the run fits
+    the first samples best. These samples, the warm-up (``n_init``) and missing samples are not scored.
 
     Parameters
     ----------
@@ -72,7 +73,7 @@ def validate(model: Candidate, data: Given, noise_bound: float | Mapping[str, fl
     (0, 0.05)
     """
     bound_to, data = bound_model(model, data)
-    simulated = tuple(dict(run) for run in bound_to.simulate(data).outputs)
+    simulated = free_runs(bound_to, data)
     scored = [
         {channel: scored_samples(bound_to, data, number, channel, run[channel]) for channel in bound_to.output_channels}
         for number, run in enumerate(simulated)

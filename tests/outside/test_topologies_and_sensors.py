@@ -15,6 +15,7 @@ from smid.hybrid import (
     BackCouplingWarning,
     HybridModel,
     NeuralTerm,
+    Placed,
     Topology,
     estimate,
     learned_response,
@@ -56,7 +57,7 @@ def subtracting(white, couplings, hidden=()):
     w, hybrid = signal(shown.signal)[t], signal(HYBRID)[t]
     term = NeuralTerm("N", couplings.samples([signal(item) for item in white.inputs], w - hybrid), hidden)
     model = measure_instead(white.with_line(HYBRID, w - term.expression, term.parameters), shown, HYBRID)
-    return HybridModel(model, term, white, Subtracting.name, couplings)
+    return HybridModel(model, white, (Placed(term, Subtracting.name, couplings),))
 
 
 @dataclass(frozen=True)
@@ -123,7 +124,7 @@ def test_a_model_of_such_a_topology_is_estimated_and_checked_against_the_plant()
     hybrid = subtracting(Reactor(4.0), EXTRA)
     with pytest.warns(BackCouplingWarning):
         found = estimate(subtracting(Reactor(4.0), SIMPLE), data, plant=Reactor(2.0), starts=1, iterations=2, seed=1)
-    assert found.to_dict()["topology"] == "subtracting"
+    assert found.to_dict()["networks"][0]["topology"] == "subtracting"
     weights = {parameter.name: 0.1 for parameter in hybrid.term.parameters}
     weighted = replace(subtracting(Reactor(4.0, sampling_time=1.0), EXTRA))
     weighted = replace(weighted, model=weighted.model.with_values(weights))

@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import sympy
 
 import smid
 from relaxations.algebra.intervals import Intervals
@@ -26,12 +27,24 @@ from smid.data.bundled import record_path
 from smid.design import InputFamily, d_optimal, fisher_information, shrinking_input
 from smid.diagnosis import Cause, CauseParameter, Fault, Rival
 from smid.display.result import Tabular, optional, plain
-from smid.hybrid import BackCouplings, CostSurface, HybridEstimate, required, series
+from smid.hybrid import (
+    BackCouplings,
+    CostSurface,
+    Ensemble,
+    Extrapolation,
+    HybridEstimate,
+    LearnedCurve,
+    LearnedLaw,
+    ReadLaw,
+    TrainedRange,
+    required,
+    series,
+)
 from smid.hybrid.estimate import ERRORS
 from smid.identification.dead_zone import DeadZoneThreshold
 from smid.identification.lowest_order import OrderStep
 from smid.models import Reactor
-from smid.networks import MultiStart, TanhNetwork, train
+from smid.networks import MultiStart, Stop, TanhNetwork, train
 from smid.recursive import Arx, NormalisedGradient, RecursiveSet, compare, gain_study
 from smid.sensors import CFPX, PTX, bound_error, check_sensor, train_sensor, trained_range
 from smid.theses.clutch.overview import record_overview
@@ -179,7 +192,18 @@ def networks():
     weights = {parameter.name: 0.1 for parameter in hybrid.term.parameters}
     estimated = dataclasses.replace(hybrid, model=hybrid.model.with_values(weights))
     fit = smid.fitting.fit.Fit(estimated.model, ({},), ({"y": np.ones(3)},), 0.5, 4)
-    yield HybridEstimate(estimated, fit, MultiStart(training.search.descents))
+    trained = (TrainedRange("N", "u[t]", 0.0, 1.0),)
+    data = smid.Dataset.from_arrays(input={"u": np.ones(3)}, output={"y": np.ones(3)}, sampling_time=1.0)
+    search, used = MultiStart(training.search.descents), (np.ones(3, bool),)
+    found = HybridEstimate(estimated, fit, search, Stop.CONVERGED, trained, data, used)
+    yield from (found, Ensemble(found, (found, found), 0))
+    yield Extrapolation(trained, (np.array([False, True, False]),), ((0.0, 2.0),))
+    curve = LearnedCurve("N", "u[t]", np.linspace(0.0, 1.0, 3), np.ones(3), np.full(3, 0.1))
+    model = estimated.model.with_parameter(smid.Parameter("N_linear", 0, 9)).with_values({"N_linear": 2.0})
+    line = sympy.Symbol("N_linear", real=True) * sympy.Symbol("x", real=True)
+    law = ReadLaw(("proportional",), line, ("N_linear",), dataclasses.replace(fit, model=model), -3.0)
+    yield LearnedLaw(curve, (law, dataclasses.replace(law, merit=-4.0)), 1.0)
+    yield curve
 
 
 def reactor():

@@ -7,7 +7,6 @@ from smid.data import DataError, Dataset
 from smid.hybrid import (
     EXTRA,
     SIMPLE,
-    STATIC,
     BackCouplings,
     estimate,
     learned_response,
@@ -17,7 +16,7 @@ from smid.hybrid import (
     simultaneous,
     with_network,
 )
-from smid.models import Model, ModelError, Reactor, predict, simulate
+from smid.models import Line, Measurement, Model, ModelError, Parameter, Reactor, predict, signal, simulate, t
 from smid.networks import TanhNetwork, gauss_newton, gradient_descent, weight_count
 from smid.theses.hybrid.reactor import reactor_record, white_reactor
 from smid.theses.hybrid.reactor.time_constant import balance_with_network
@@ -145,11 +144,22 @@ def test_settings_that_mean_nothing_are_refused(options, message):
         estimate(series(Reactor(2.0), EXTRA), data_of(60), **{"seed": 1, **options})
 
 
-def test_an_input_far_from_zero_is_told_to_be_scaled():
-    u = 1e4 + np.sin(np.arange(60.0))
-    data = Dataset.from_arrays(input={"u": u}, output={"y": u}, sampling_time=1.0)
-    with pytest.raises(ModelError, match="scale its inputs"):
-        estimate(parallel(Reactor(2.0), STATIC), data, starts=1, iterations=2, seed=1)
+def test_units_of_channels_do_not_matter():
+    u = np.repeat(np.random.default_rng(1).uniform(0.1, 0.9, 12), 10)
+    y = white_samples(u, 0.3) ** 2
+    errors = []
+    for gain, zero, unit in ((1.0, 0.0, 1.0), (1e6, 1e7, 1e-5)):
+        w = Parameter("gain", 0.01 / gain, 100.0 / gain)
+        line = Line(
+            signal("w")[t], (w.symbol * (signal("u")[t] - zero) - signal("w")[t] / unit) * unit / TAU, rate=True
+        )
+        white = Model("lag", (w,), (line,), (Measurement("y", "w", "eta"),))
+        data = Dataset.from_arrays(input={"u": gain * u + zero}, output={"y": unit * y}, sampling_time=1.0)
+        hybrid = parallel(white, EXTRA, (2,))
+        found = estimate(hybrid, data, starts=1, iterations=60, seed=1)
+        errors.append(found.rmse["y"] / np.std(unit * y))
+    assert max(errors) < 0.05
+    assert errors[1] == pytest.approx(errors[0], rel=1e-4)
 
 
 @pytest.mark.parametrize(

@@ -12,9 +12,9 @@ from relaxations.search.enclosure import Reason
 from smid.data import DataError
 from smid.data.bundled import load_clutch
 from smid.models import ModelError
-from smid.theses.clutch import hammerstein_study as hammerstein_module
 from smid.study.finished import finished
 from smid.study.widths import width_study
+from smid.theses.clutch import hammerstein_study as hammerstein_module
 from smid.theses.clutch.hammerstein.free_runs import free_runs
 from smid.theses.clutch.hammerstein.intervals import OrderStudy, order_study
 from smid.theses.clutch.hammerstein.model import clutch_hammerstein
