@@ -11,6 +11,7 @@ NAMES = (
     "windows",
     "several",
     "curves",
+    "first_principles",
     "library",
     "exercise",
     "order_studies",
