@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import count
 
@@ -20,8 +19,9 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import TINY
+from relaxations.deadline import check_time
 from smid.identification.inversion.contraction import Contraction, contracted
-from smid.identification.inversion.record import LINKS, Record
+from smid.identification.inversion.record import LINKS, Group, Record
 
 HEAVIEST = 5
 """Samples that are said to carry a proof."""
@@ -30,6 +30,8 @@ _PASSES = 8  # contractions of a box in a row
 _WORTH = 0.1  # each takes at least this share of a width
 _OUTER = 0.5  # a part beyond the verified points of at most this share of a box is cut off
 _POINT = 1e-9  # share of its size that counts as width, where the verified points have none
+_WIDE = 0.05  # a hidden state is shaved above this share of what is known of it beforehand
+_SLICES = 8
 _NARROW = 1e-13  # an unknown is not halved below this share of its size
 
 
@@ -129,10 +131,16 @@ class Cover:
         """Contract the box that reaches furthest, then cut or close it; where it is stopped, the box stays."""
         box = self._open[0][2]
         self._contract(box)
-        parts = () if box.empty else tuple(self._parts(box))
+        while not box.empty:
+            before, box = box, self._shaved(box)
+            if box is before:
+                break
+            self._contract(box)
+        cut = None if box.empty else self._where(box)
         heapq.heappop(self._open)
-        box.parts = parts
-        for part in parts or ([] if box.empty else [box]):
+        if cut is not None:
+            box.cut, box.parts = cut, _halves(box, *cut)
+        for part in box.parts or ([] if box.empty else [box]):
             self._put(part)
 
     def _put(self, box: Box) -> None:
@@ -171,23 +179,50 @@ class Cover:
             if np.all(now >= (1 - _WORTH) * before) or self._beyond(box).max(initial=-np.inf) <= self.tolerance:
                 return
 
-    def _parts(self, box: Box) -> Iterator[Box]:
-        """Yield the two parts of a box; nothing where it is to be judged again, or cannot be cut."""
+    def _shaved(self, box: Box) -> Box:
+        """Cut off what a piece proves empty at the ends of a hidden state that it begins with.
+
+        Where such a state is hardly narrower than beforehand, the enclosures are too wide for the programs to say
+        anything. Those of a slice need not be.
+        """
+        whole = self.root.upper - self.root.lower
+        for place, k in self.record.hidden:
+            for side in (0, 1):
+                while box.left[1][k] - box.left[0][k] > _WIDE * whole[k]:
+                    check_time()
+                    rest = self._without_slice(box, place, k, side)
+                    if rest is None:
+                        break
+                    box = rest
+        return box
+
+    def _without_slice(self, box: Box, place: int, k: int, side: int) -> Box | None:
+        """Return a box without a slice at an end of a hidden state; None where the piece does not prove it empty."""
+        low, high = (float(end[k]) for end in box.left)
+        value = high - (high - low) / _SLICES if side else low + (high - low) / _SLICES
+        parts = _halves(box, k, value)
+        slice_, rest = parts[side], parts[1 - side]
+        found = contracted(self.record.rows(*slice_.left, only=place), *slice_.left, [Group((k,), None)])
+        if not found.empty:
+            return None
+        slice_.contractions.append(found)
+        box.cut, box.parts = (k, value), parts
+        return rest
+
+    def _where(self, box: Box) -> tuple[int, float] | None:
+        """Return the unknown and the value where a box is cut; None where it is judged again, or cannot be cut."""
         lower, upper = box.left
         if self.points:
             beyond = self._beyond(box)
             if beyond.max() <= self.tolerance:
-                return
+                return None
             side, place = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
             k, sign = int(self._targets[place]), 1 if side == 0 else -1
             value = float(self.inner[side][k])
-            outer = sign * (value - (lower, upper)[side][k])
-            if outer <= _OUTER * (upper[k] - lower[k]):
-                yield from _cut(box, k, value)
-                return
+            if sign * (value - (lower, upper)[side][k]) <= _OUTER * (upper[k] - lower[k]):
+                return k, value
         widest = self._best(lower, upper)
-        if widest is not None:
-            yield from _cut(box, widest, _middle(float(lower[widest]), float(upper[widest])))
+        return None if widest is None else (widest, _middle(float(lower[widest]), float(upper[widest])))
 
     def _best(self, lower: Array, upper: Array) -> int | None:
         """Return the unknown whose halving makes the rows say most; None where all are too narrow to be halved."""
@@ -213,14 +248,14 @@ def _middle(low: float, high: float) -> float:
     return 0.0 if abs(middle) <= 0.25 * (high - low) else middle
 
 
-def _cut(box: Box, k: int, value: float) -> Iterator[Box]:
-    """Cut what is left of a box in two."""
-    box.cut = k, value
-    lower, upper = box.left
+def _halves(box: Box, k: int, value: float) -> tuple[Box, Box]:
+    """Return the two parts of what is left of a box."""
+    (lower, upper), parts = box.left, []
     for side in (0, 1):
         ends = lower.copy(), upper.copy()
         ends[1 - side][k] = value
-        yield Box(*ends)
+        parts.append(Box(*ends))
+    return parts[0], parts[1]
 
 
 def heaviest(cover: Cover) -> tuple[tuple[int, int, float], ...]:

@@ -127,6 +127,8 @@ class Record:
         Of the unknowns, the parameters first, then the initial samples of the experiments.
     lower, upper
         What is known of the unknowns beforehand, shape (unknowns,).
+    hidden
+        Piece and unknown of each hidden state that a piece begins with.
 
     Raises
     ------
@@ -162,20 +164,29 @@ class Record:
         boxes = [(p.lower, p.upper) for p in model.parameters]
         # A state that is measured says itself where a run is; a clock tells the time from the first sample on.
         measured = {m.signal for m in self.model.measurements if m.inverse is None}
-        hidden = [k for k in np.flatnonzero(tape.states) if tape.signals[k] not in measured]
+        hidden = [k for k in np.flatnonzero(tape.states & ~tape.clocks) if tape.signals[k] not in measured]
         length = max(LENGTH, int(tape.first.max(initial=0))) if hidden and not tape.clocks.any() else 0
         self.cut = Pieces.of(tape, values, boxes, start, length)
+        self.hidden = [
+            (place, int(piece.unknowns[k]))
+            for place, piece in enumerate(self.cut.parts)
+            for k in piece.initial[hidden].ravel().tolist()
+            if k >= 0
+        ]
         self.names, self.lower, self.upper = self.cut.names, self.cut.lower, self.cut.upper
         self.frame: Frame | None = None
 
-    def rows(self, lower: Array, upper: Array) -> Rows:
-        """Return what the record states about a box, but for rows that hold anywhere in it or say nothing."""
-        blocks = [
-            block
-            for a in range(len(ANCHORS))
-            for place in range(len(self.cut.parts))
-            for block in self._said(place, a, lower, upper)
-        ]
+    def rows(self, lower: Array, upper: Array, only: int | None = None) -> Rows:
+        """Return what the record states about a box, but for rows that hold anywhere in it or say nothing.
+
+        Parameters
+        ----------
+        only
+            The piece that is read; None: all.
+        """
+        places = range(len(self.cut.parts)) if only is None else (only,)
+        runs = ((place, a) for a in range(len(ANCHORS)) for place in places)
+        blocks = [block for place, a in runs for block in self._said(place, a, lower, upper)]
         ends = np.concatenate([block.forms[:, :SLOPES] for block in blocks])
         sources = np.concatenate([block.sources for block in blocks])
         counts = np.concatenate([[0], *(np.full(len(b.forms), b.unknowns.shape[1]) for b in blocks)]).astype(np.int64)

@@ -91,6 +91,25 @@ def test_what_a_piece_says_of_a_hidden_state_reaches_the_next(name):
         assert interval.width < 0.15 * (high - low)
 
 
+def test_a_hidden_state_that_is_known_too_badly_for_any_row_is_shaved():
+    """Over all speeds the drag is too strong to say anything; at most of them it contradicts the samples."""
+    equations, boxes, truth = (
+        ["d/dt h = v", "d/dt v = b*u - d*v*Abs(v)"],
+        {"b": (1, 4), "d": (0.1, 0.5)},
+        {"b": 2, "d": 0.3},
+    )
+    model = OwnModel(equations, {"y": "h"}, ["u"], boxes, scheme="euler", substeps=5, sampling_time=0.1)
+    model = model.bound(v=(-100, 100))
+    rng = np.random.default_rng(1)
+    u = np.repeat(rng.uniform(-3, 3, 6), 5)
+    y = simulate(model, {"u": u}, truth, {"h": [0.0], "v": [1.0]})["y"] + rng.uniform(-0.01, 0.01, 30)
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=0.1)
+    found = identify(model, data, 0.01, method="inversion", tolerance=0.3, nodes=100)
+    for interval in found:
+        assert interval.lower <= truth[interval.name] <= interval.upper
+        assert interval.width < 0.1 * truth[interval.name]
+
+
 def test_it_agrees_with_the_lift():
     model = OutputError(1, stable=True).bound(b0=(-5, 5))
     rng = np.random.default_rng(0)
