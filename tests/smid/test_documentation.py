@@ -12,7 +12,9 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from pkgutil import resolve_name
 
+import click
 import pytest
 from click.testing import CliRunner
 
@@ -134,3 +136,25 @@ def test_packages_that_the_docs_name_load_after_import_smid_alone():
     code = "import smid; print(smid.signals.prbs(3, seed=1).shape, smid.design.__name__)"
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert shown.stdout == "(3,) smid.design\n"
+
+
+def test_the_coverage_of_the_theses_counts_its_rows_and_names_what_exists():
+    counts, *parts = (
+        [[cell.strip() for cell in line.strip("|").split("|")] for line in part.splitlines() if line.startswith("| ")]
+        for part in PAGES["coverage"].split("\n## ")
+    )
+    verdicts = counts[0][2:]
+    assert len(parts) == len(counts) - 1
+    for (_, *count), (_, *rows) in zip(counts[1:], parts, strict=True):
+        assert [int(number) for number in count] == [len(rows), *(sum(r[2] == v for r in rows) for v in verdicts)]
+        assert [row[0] for row in rows if len(row) != 6 or row[2] not in verdicts] == []
+        assert [row[0] for row in rows if (row[2] == "whole") == bool(row[5])] == []
+    for name in set(re.findall(r"`((?:smid|relaxations)[ .][^`]+)`", PAGES["coverage"])):
+        command, *words = name.split()
+        if words:
+            room = main
+            for word in words:
+                room = room.get_command(click.Context(room), word)
+                assert room, name
+        else:
+            assert resolve_name(command), name
