@@ -94,7 +94,7 @@ class Steps:
         p, size = codac.VectorVar(len(plant.truth)), self.states[0].size()
         before, after = codac.VectorVar(size), codac.VectorVar(size)
         zero = codac.Interval(-_ROUNDING, _ROUNDING)
-        # No centred form: codac has none for several arguments.
+        # No centred form: codac 2.1.2 has none for several arguments.
         self.steps = [
             [
                 codac.CtcInverse(codac.AnalyticFunction([p, before, after], line), zero, False)
@@ -185,8 +185,8 @@ def run() -> str:
         ended, least = ("yes", "") if rival.done else ("no", "at least ")
         rows += [
             f"| {name} | smid | {boxes} | {seconds:.1f} | {end} | {_sizes(names, outer, inner, truth)} | {proof} |",
-            f"| | codac | {rival.boxes}, {least}{rival.boxes / boxes:.0f} times as many | {rival.seconds:.1f} | {ended} "
-            f"| {_sizes(names, rival.hull, inner, truth)} | none |",
+            f"| | codac | {rival.boxes}, {least}{rival.boxes / boxes:.0f} times as many | {rival.seconds:.1f} "
+            f"| {ended} | {_sizes(names, rival.hull, inner, truth)} | none |",
         ]
         print(*rows[-2:], sep="\n", flush=True)
     return "\n".join(
