@@ -32,6 +32,7 @@ from smid.verification import verify
 
 SECONDS, BOXES, TOLERANCE = 120.0, 20_000, 1e-2
 AWAY = 10
+"""Widths between the truth and a point that is to be excluded."""
 
 _SWEEPS = 20  # forwards and backwards, for one box
 _RATIO = 0.1  # another sweep only where the last took this share of a parameter's width; codac's own default
@@ -95,7 +96,7 @@ class Steps:
         p, size = codac.VectorVar(len(plant.truth)), self.states[0].size()
         before, after = codac.VectorVar(size), codac.VectorVar(size)
         zero = codac.Interval(-_ROUNDING, _ROUNDING)
-        # No centred form: codac 2.1.2 has none for several arguments.
+        # No centred form: it took three times as long, and contracted no box of these models further.
         self.steps = [
             [
                 codac.CtcInverse(codac.AnalyticFunction([p, before, after], line), zero, False)
@@ -204,10 +205,10 @@ def run() -> str:
             "",
             "One record of 200 samples for each model; prior and noise bound are those of the section on "
             f"first-principles models. codac {version('codac')}: forward-backward contractors of each step, with boxes "
-            "of the states at each sample, repeated to a fixpoint; only parameters are cut. Both cut "
-            "the box that reaches furthest beyond verified "
-            f"points, until none reaches further than {TOLERANCE:.0%} of their width. codac is given the verified "
-            f"points of smid, and at most {SECONDS:g} s of processor time and {BOXES} boxes. A box counts once for "
+            "of the states at each sample, repeated to a fixpoint; only parameters are cut. Both cut the box that "
+            f"reaches furthest beyond verified points, until none reaches further than {TOLERANCE:.0%} of their width. "
+            f"codac is given the verified points of smid, and at most {SECONDS:g} s of processor time and {BOXES} "
+            "boxes. A box counts once for "
             "codac, however often its contractors run; for smid each contraction counts.",
             "",
             "Hull: its width over the width of the verified points. Point: the truth, with its first parameter raised "
