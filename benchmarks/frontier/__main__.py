@@ -12,6 +12,7 @@ NAMES = (
     "several",
     "curves",
     "first_principles",
+    "contractors",
     "library",
     "exercise",
     "order_studies",

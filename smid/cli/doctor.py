@@ -37,7 +37,7 @@ EXTRAS = {
     "scs": (("scs",), "the solver SCS"),
     "sdpa": (("sdpap",), "the solver SDPA, under the GPL"),
     "notebooks": (("jupytext", "nbconvert", "ipykernel"), "make notebooks"),
-    "bench": (("pyscipopt", "padasip", "filterpy", "sklearn"), "other tools that make bench compares with"),
+    "bench": (("pyscipopt", "padasip", "filterpy", "sklearn", "codac"), "other tools that make bench compares with"),
     "peers": (("sysidentpy", "jax_sysid"), "other tools that benchmarks.peers compares with"),
     "docs": (("sphinx", "myst_nb", "numpydoc", "furo"), "make docs"),
 }

@@ -12,7 +12,9 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from pkgutil import resolve_name
 
+import click
 import pytest
 from click.testing import CliRunner
 
@@ -134,3 +136,22 @@ def test_packages_that_the_docs_name_load_after_import_smid_alone():
     code = "import smid; print(smid.signals.prbs(3, seed=1).shape, smid.design.__name__)"
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert shown.stdout == "(3,) smid.design\n"
+
+
+def test_the_coverage_of_the_theses_counts_its_rows_and_names_what_exists():
+    counts, *parts = (
+        [[cell.strip() for cell in line.strip("|").split("|")] for line in part.splitlines() if line.startswith("| ")]
+        for part in PAGES["coverage"].split("\n## ")
+    )
+    verdicts = counts[0][2:]
+    for (_, *count), (_, *rows) in zip(counts[1:], parts, strict=True):
+        found = [row[1].partition(": ")[::2] for row in rows]
+        assert [int(number) for number in count] == [len(rows), *(sum(f[0] == v for f in found) for v in verdicts)]
+        assert [row[0] for row in rows if len(row) != 5] == []
+        assert [f for f in found if f[0] not in verdicts or (f[0] == "whole") == bool(f[1])] == []
+    for name in set(re.findall(r"`((?:smid|relaxations)[ .][^`]+)`", PAGES["coverage"])):
+        program, *words = name.split()
+        command = main if words else resolve_name(program)
+        for word in words:
+            command = command.get_command(click.Context(command), word)
+        assert command, name
