@@ -39,6 +39,7 @@ EXTRAS = {
     "notebooks": (("jupytext", "nbconvert", "ipykernel"), "make notebooks"),
     "bench": (("pyscipopt", "padasip", "filterpy", "sklearn", "codac"), "other tools that make bench compares with"),
     "peers": (("sysidentpy", "jax_sysid"), "other tools that benchmarks.peers compares with"),
+    "hybrid-peers": (("diffrax", "casadi", "pysindy"), "other tools that benchmarks.hybrid_peers compares with"),
     "docs": (("sphinx", "myst_nb", "numpydoc", "furo"), "make docs"),
 }
 """Extra of pip -> (the modules it installs, what they are for)."""
