@@ -75,7 +75,7 @@ class ReadLaw:
 
     Examples
     --------
-    >>> from smid.models import Reactor
+    >>> from smid.models import Parameter, Reactor
     >>> x, k = sympy.symbols("x N_linear", real=True)
     >>> model = Reactor(2.0).with_parameter(Parameter("N_linear", 0.0, 9.0)).with_values({"N_linear": 2.0})
     >>> law = ReadLaw(("proportional",), k * x, ("N_linear",), Fit(model, (), (), 0.0, 1), 0.0)

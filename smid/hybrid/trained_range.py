@@ -134,9 +134,9 @@ def extrapolation(found: HybridEstimate, data: Dataset) -> Extrapolation:
     >>> from smid.hybrid import EXTRA, estimate, parallel
     >>> from smid.models import Reactor
     >>> u = np.sin(np.arange(60.0)) + 2.0
-    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": u}, sampling_time=1.0)
+    >>> data = Dataset.from_arrays(input={"u": u}, output={"y": u**2}, sampling_time=1.0)
     >>> found = estimate(parallel(Reactor(2.0), EXTRA, ()), data, starts=1, seed=1)
-    >>> further = Dataset.from_arrays(input={"u": 2.0 * u}, output={"y": u}, sampling_time=1.0)
+    >>> further = Dataset.from_arrays(input={"u": 2.0 * u}, output={"y": u**2}, sampling_time=1.0)
     >>> extrapolation(found, data).share, extrapolation(found, further).share > 0.3
     (0.0, True)
     """

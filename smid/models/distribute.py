@@ -21,7 +21,7 @@ def distributed(model: Model) -> Model:
     Examples
     --------
     >>> from smid.models import OwnModel
-    >>> model = OwnModel(["x[t] = x[t-1] + k*(u[t-1] - c*x[t-1])"], ["x"], ["u"], {"k": (0, 1), "c": (0, 1)})
+    >>> model = OwnModel(["x[t] = x[t-1] + k*(u[t-1] - c*x[t-1])"], {"y": "x"}, ["u"], {k: (0, 1) for k in "kc"})
     >>> print(distributed(model).lines[0])
     x[t] = -c*k*x[t - 1] + k*u[t - 1] + x[t - 1]
     """

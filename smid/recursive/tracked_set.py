@@ -64,7 +64,7 @@ class TrackedSet(Tabular):
     >>> data = Dataset.from_arrays(input=u, output=y, sampling_time=0.1)
     >>> estimator = RecursiveSet(Arx(), 0.01, {"b0": (-10.0, 10.0)})
     >>> found = TrackedSet.of(data, estimator, follow(estimator, samples_of(data)))
-    >>> found.changes, found.estimator.lower[1] < 0.2 < found.estimator.upper[1]
+    >>> found.changes, bool(found.estimator.lower[1] < 0.2 < found.estimator.upper[1])
     ((), True)
     """
 

@@ -4,6 +4,7 @@ import copy
 import dataclasses
 import importlib
 import inspect
+import itertools
 import json
 import math
 import pkgutil
@@ -43,10 +44,11 @@ from smid.hybrid import (
 from smid.hybrid.estimate import ERRORS
 from smid.identification.dead_zone import DeadZoneThreshold
 from smid.identification.lowest_order import OrderStep
-from smid.models import Reactor
+from smid.models import OutputError, Reactor
 from smid.networks import MultiStart, Stop, TanhNetwork, train
 from smid.recursive import Arx, NormalisedGradient, RecursiveSet, compare, gain_study
 from smid.sensors import CFPX, PTX, bound_error, check_sensor, train_sensor, trained_range
+from smid.study import phases
 from smid.theses.clutch.overview import record_overview
 from smid.theses.clutch.sensor_study import (
     ErrorTable,
@@ -68,13 +70,14 @@ from smid.theses.hybrid.certified import CertifiedArm, CertifiedReactor
 from smid.theses.hybrid.inputs import InputStudy
 from smid.theses.hybrid.inputs.input_study import InputRow
 from smid.theses.hybrid.reactor import OutputErrors, ReactorStudy, RequirementStudy, TimeConstants
+from smid.theses.hybrid.reactor.conditions import TRAININGS, VALIDATIONS, OtherConditions
 from smid.theses.hybrid.reactor.output_errors import CELLS
 from smid.theses.hybrid.reactor.requirements import Learned
 
 NOUNS = {
     *("Model", "TanhNetwork", "VirtualSensor", "PTX", "BoundedSensor"),  # they are applied, and saved their own way
     *("InputFamily", "Sines", "Motion", "ModulatingFilter", "FreeRunError"),  # what a computation is given
-    *("Iterate", "NormalEquations", "Scaling", "Split"),  # steps inside one
+    *("Iterate", "NormalEquations", "Sample", "Scaling", "Split"),  # steps inside one
 }
 """Classes that public functions return and that are no results."""
 
@@ -162,6 +165,9 @@ def tracked():
         estimator.update(*sample)
     yield estimator.history
     yield estimator.history.changes[0]
+    y = [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
+    short = smid.Dataset.from_arrays(input=[1.0, 0, 1, 1, 0, 0, 1, 0], output=y, sampling_time=1.0)
+    yield phases(OutputError(stable=True), short, [short])
 
 
 def designed():
@@ -215,14 +221,16 @@ def reactor():
         {(e, c): np.array([0.1 if e == "simulation" else np.inf]) for e in ERRORS for c in CELLS},
         np.ones(1),
     )
+    cells = itertools.product(TRAININGS, CELLS, VALIDATIONS)
+    conditions = OtherConditions(("factor",), dict.fromkeys(cells, np.array([0.1])), {"sine": (np.ones(3),) * 3})
     times = TimeConstants(*({"static": np.array([1.9, 2.1 + k])} for k in range(3)))
-    yield from (requirements, errors, times, ReactorStudy(errors, requirements, times))
+    yield from (requirements, errors, conditions, times, ReactorStudy(errors, conditions, requirements, times))
 
 
 def arm():
     network = TanhNetwork((1, 1), np.array([1000.0, 0.0, -0.43 / 16, 0.0]))
-    ends = np.array([21.7, 30.0])
-    runs = EmbeddedRuns("one_sine", "random", ends, ends / 100, np.array([0.1, np.inf]), 0.2, ends / 1e3, ends / 20)
+    ends, worse = np.array([21.7, 30.0]), np.array([[0.1, 0.2], [np.inf, 0.3]])
+    runs = EmbeddedRuns("one_sine", "random", ends, ends / 100, worse, worse[0], ends / 1e3, ends / 20)
     white = WhiteEstimate({"theta": 21.7, "b": 0.0027, "Ws": 1.6, "Wd": 0.43}, "exact", 0.01)
     many = NetworkRuns(ends, ends / 100, (network, network))
     yield from (runs, white, many, EmbeddedStudy((runs,)), Alternation(ends, network, 0.02))

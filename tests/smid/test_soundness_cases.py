@@ -159,4 +159,4 @@ def test_a_case_of_the_effect_library_holds_the_truth_or_contradicts_itself(seed
 
 @pytest.mark.parametrize(("feasible", "seed"), [(True, 0), (True, 9), (False, 0), (False, 9)])
 def test_a_case_of_the_effect_library_is_judged(feasible: bool, seed: int) -> None:
-    assert check_inversion(feasible, seed, 1.0).verdict == ("inside" if feasible else "certified empty")
+    assert check_inversion(feasible, seed, 10.0).verdict == ("inside" if feasible else "certified empty")

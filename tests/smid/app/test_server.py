@@ -148,16 +148,16 @@ def test_a_bad_file_gets_the_error_of_the_package(served, name, content, words):
     assert (done["answer"], done["names"]) == (None, [])
 
 
-def test_a_model_that_lacks_an_input_of_the_record_is_refused(served):
+def test_a_model_takes_all_inputs_of_the_record(served):
     served.fields.clear()
     served.drop("run.csv", b"time,u,v,y\n" + b"".join(b"%d,%d,%d,%d\n" % (k, k % 3, k % 5, k % 2) for k in range(40)))
     served.run("data")
     served.run("channels", **{"role:u": "input", "role:v": "input", "role:y": "output"})
-    refused = served.run("model", **LINEAR)
-    assert "leave out the input v" in refused["error"] or "does not have the channel" in refused["error"]
-    assert "model" not in refused["names"]
-    # The text that the page offers has all inputs.
-    assert served.run("model", **{"class": "file"})["error"] == ""
+    for form in (LINEAR, {"class": "file"}):
+        done = served.run("model", **form)
+        assert done["error"] == ""
+        assert "model" in done["names"]
+        assert all(f"<mi>{name}</mi>" in done["answer"]["html"] for name in "uv")
 
 
 def test_the_cause_is_that_of_the_python_and_its_model_that_of_the_next_round(with_model, content, as_script):
