@@ -30,7 +30,7 @@ _PASSES = 8  # contractions of a box in a row
 _WORTH = 0.1  # each takes at least this share of a width
 _OUTER = 0.5  # a part beyond the verified points of at most this share of a box is cut off
 _POINT = 1e-9  # share of its size that counts as width, where the verified points have none
-_WIDE = 0.05  # a hidden state is shaved above this share of what is known of it beforehand
+_WIDE = 0.25  # a hidden state is shaved above this share of what is known of it beforehand
 _SLICES = 8
 _NARROW = 1e-13  # an unknown is not halved below this share of its size
 
