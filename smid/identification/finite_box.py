@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy
 
+from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem, polynomials_from_sympy
 from relaxations.proof.bounding import relax
@@ -73,6 +74,8 @@ def with_finite_box(
 
     # Prove a box for the products first.
     products = _in_products(feasible, definitions)
+    if products.openings:
+        return Boxed(feasible, (), names, whole)
     stated = _stated(feasible.model, whole, products.problem, definitions)
     box = derive_box(products.problem, _guess(products), solver, progress, record)
     if box.unbounded:
@@ -95,14 +98,23 @@ def _in_products(feasible: FeasibleSet, definitions: dict[str, sympy.Expr]) -> F
     """Return the feasible set in the products."""
     model = in_products(feasible.model, definitions)
     products = FeasibleSet(model, feasible.data, feasible.noise_bound, feasible.free_channel)
+    if products.openings:
+        # The box that the caller has by now may decide the kinks.
+        count = len(model.parameters)
+        lower, upper = (ends[:count] for ends in _known_box(products.problem, feasible.problem))
+        products = products.on_box(lower, upper)
     products = products.without(products.missing)
-    # The box of the latents (and of a free noise bound) is the one that the caller has by now.
-    old = {name: k for k, name in enumerate(feasible.problem.names)}
-    lower, upper = products.problem.lower.copy(), products.problem.upper.copy()
-    for k, name in enumerate(products.problem.names):
-        if name in old:
-            lower[k], upper[k] = feasible.problem.lower[old[name]], feasible.problem.upper[old[name]]
-    return products.with_problem(products.problem.with_box(lower, upper))
+    return products.with_problem(products.problem.with_box(*_known_box(products.problem, feasible.problem)))
+
+
+def _known_box(problem: PolynomialProblem, other: PolynomialProblem) -> tuple[Array, Array]:
+    """Return the box of a problem, with the ends of another one for the variables of both."""
+    place = {name: k for k, name in enumerate(other.names)}
+    lower, upper = problem.lower.copy(), problem.upper.copy()
+    for k, name in enumerate(problem.names):
+        if name in place:
+            lower[k], upper[k] = other.lower[place[name]], other.upper[place[name]]
+    return lower, upper
 
 
 def _stated(

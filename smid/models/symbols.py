@@ -41,6 +41,7 @@ VALUE = sympy.Symbol("value", real=True)
 """The argument of a sensor's inverse curve: the measured value without its noise."""
 
 
+@lru_cache(maxsize=4096)
 def signal(name: str) -> sympy.IndexedBase:
     """Return the signal of that name, to be indexed by time as in ``signal("w")[t - 1]``.
 
@@ -56,6 +57,11 @@ def signal(name: str) -> sympy.IndexedBase:
     w[t - 1] + 1
     """
     return sympy.IndexedBase(name, real=True)
+
+
+@lru_cache(maxsize=4096)
+def _sample(name: str, lag: int) -> sympy.Indexed:
+    return signal(name)[t - lag]
 
 
 def unused(wanted: str, taken: Collection[str]) -> str:
@@ -177,7 +183,13 @@ def canonical(expression: sympy.Expr) -> sympy.Expr:
         raise ModelError(f"{expression!r} is not a sympy expression: build it from symbols and signals") from None
     if not isinstance(expression, sympy.Expr):
         raise ModelError(f"{expression!r} is not an expression: give the right-hand side only, without a relation")
-    ours = {atom: signal(str(atom.base.label))[t - _lag(atom)] for atom in expression.atoms(sympy.Indexed)}
+    return _canonical(expression)
+
+
+# Edits of a model leave most of its lines as they are.
+@lru_cache(maxsize=4096)
+def _canonical(expression: sympy.Expr) -> sympy.Expr:
+    ours = {atom: _sample(str(atom.base.label), _lag(atom)) for atom in expression.atoms(sympy.Indexed)}
     ours |= {atom: sympy.Symbol(atom.name, real=True) for atom in _outside_signals(expression)}
     ours |= {atom: sympy.Rational(atom) for atom in expression.atoms(sympy.Float) if atom.is_finite}
     other = {theirs: own for theirs, own in ours.items() if theirs != own}
@@ -314,7 +326,7 @@ def rename_signals(expression: sympy.Expr, names: dict[str, str]) -> sympy.Expr:
     z[t - 1]
     """
     replacement = {
-        atom: signal(names[str(atom.base.label)])[atom.indices[0]]
+        atom: _sample(names[str(atom.base.label)], _lag(atom))
         for atom in expression.atoms(sympy.Indexed)
         if str(atom.base.label) in names
     }

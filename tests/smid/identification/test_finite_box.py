@@ -258,3 +258,27 @@ def test_stability_of_four_poles_does_not_delay_a_box() -> None:
         zip(feasible.problem.names, np.c_[boxed.feasible.problem.lower, boxed.feasible.problem.upper], strict=True)
     )
     assert all(-20 < ends[f"b{k}"][0] <= true <= ends[f"b{k}"][1] < 20 for k, true in enumerate(numerator))
+
+
+def test_products_beside_a_kink_that_only_the_sub_box_decides_are_boxed_or_left() -> None:
+    u = np.random.default_rng(3).uniform(-1, 1, 40)
+    u_new, w = np.where(u > 0.2, u + 2 * (u - 0.2), u), np.zeros(40)
+    for k in range(1, 40):
+        w[k] = 0.8 * w[k - 1] + 0.5 * u_new[k - 1]
+    bend, start = Parameter("bend", -5, 5), Parameter("start", -0.9, 0.9)
+
+    def bent(v: sympy.Indexed) -> sympy.Expr:
+        return v + bend.symbol * (sympy.Max(0, v - start.symbol) - sympy.Max(0, -start.symbol))
+
+    model = OutputError(stable=True).insert_before("u", bent, (bend, start))
+    data = Dataset.from_arrays(input=u, output=w, sampling_time=1.0)
+    feasible = FeasibleSet(model, data, 0.05)
+    assert feasible.openings
+    count = len(feasible.model.parameters)
+    lower, upper = feasible.problem.lower[:count].copy(), feasible.problem.upper[:count].copy()
+    # Beside every sample of the input no kink is open; on the whole box they are.
+    place = feasible.problem.names.index("start")
+    lower[place], upper[place] = 0.1999, 0.2001
+    for stamped in (feasible, feasible.on_box(lower, upper)):
+        boxed = with_finite_box(stamped)
+        assert boxed.unbounded == ("b0",) or boxed.feasible.problem.lower[feasible.problem.names.index("b0")] <= 0.5
