@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
+from smid.models.chains import signal_of
 from smid.models.edit_parameters import origins_with
 from smid.models.errors import ModelError
 from smid.models.parts import Line, Measurement, Parameter, check_name
@@ -37,12 +38,12 @@ Transformation = Callable[[sympy.Indexed], sympy.Expr]
 
 
 def _resolve(model: Model, name: str) -> str:
-    """Return the signal of that name, or the first one that the channel of that name measures."""
+    """Return the signal of that name, or the one that the channel of that name measures or stands for."""
     signals = (*model.inputs, *(line.signal for line in model.lines))
-    measured = {measurement.channel: measurement.signal for measurement in reversed(model.measurements)}
-    if name not in signals and name not in measured:
+    if name not in signals and name not in {m.channel for m in model.measurements}:
         raise ModelError(f"the model has no signal {name!r}: its signals are {', '.join(signals)}")
-    return name if name in signals else measured[name]
+    placed = bool(model.edit and name in model.edit.places)
+    return signal_of(model, name) if placed or name not in signals else name
 
 
 def free_name(model: Model, wanted: str) -> str:
@@ -224,9 +225,14 @@ def insert_sensor(
             f"{channel!r} measures no signal that a line defines: choose one of {', '.join(model.output_channels)}, "
             "or insert_before for an input"
         )
+    seen = signal_of(model, channel)
+    new = new_name or free_name(model, f"{seen}_seen")
+    inserted = Line(signal(new)[t], transformation(signal(seen)[t]))
+    if outer := model.edit and model.edit.places.get(channel):
+        reader = _line(model, outer)
+        moved = replace(reader, expression=rename_signals(reader.expression, {seen: new}))
+        return _extended(model, parameters, (inserted, *(moved if line is reader else line for line in model.lines)))
     old = next(item for item in model.measurements if item.channel == channel)
-    new = new_name or free_name(model, f"{old.signal}_seen")
-    inserted = Line(signal(new)[t], transformation(signal(old.signal)[t]))
     return replace(
         _extended(model, parameters, (*model.lines, inserted)),
         measurements=tuple(replace(item, signal=new) if item is old else item for item in model.measurements),

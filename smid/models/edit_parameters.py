@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import sympy
@@ -38,7 +39,9 @@ def find_parameter(model: Model, name: str) -> Parameter:
     raise ModelError(f"the model has no parameter {name!r}: its parameters are {names}")
 
 
-def edited_by(model: Model, origin: str, reserved: Iterable[str] = ()) -> Model:
+def edited_by(
+    model: Model, origin: str, reserved: Iterable[str] = (), places: Mapping[str, str] = MappingProxyType({})
+) -> Model:
     """Return the model with an origin for all parameters and signals that the following edits add.
 
     Parameters
@@ -47,6 +50,8 @@ def edited_by(model: Model, origin: str, reserved: Iterable[str] = ()) -> Model:
         Name of the effect; "" ends its edits.
     reserved
         Names that new signals and parameters must not take, beside those of the model.
+    places
+        Where the edits are made, see `smid.models.parts.Edit`; by default next to the channels.
 
     Examples
     --------
@@ -55,7 +60,7 @@ def edited_by(model: Model, origin: str, reserved: Iterable[str] = ()) -> Model:
     >>> dict(model.origins)
     {'Fc': 'friction'}
     """
-    return replace(model, edit=Edit(origin, frozenset(reserved)) if origin else None)
+    return replace(model, edit=Edit(origin, frozenset(reserved), places) if origin else None)
 
 
 def origins_with(model: Model, added: Iterable[str]) -> dict[str, str]:

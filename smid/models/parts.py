@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -41,10 +42,22 @@ def check_name(name: object, kind: str) -> None:
 
 @dataclass(frozen=True)
 class Edit:
-    """Who edits a model: the origin of what is added, and further names that new signals must not take."""
+    """Who edits a model, and where.
+
+    Attributes
+    ----------
+    origin
+        Of what is added.
+    reserved
+        Further names that new signals must not take.
+    places
+        Places in chains of effects, by channel (:mod:`smid.models.chains`): of an input the signal behind which, of an
+        output the signal in front of which the edit is made.
+    """
 
     origin: str
     reserved: frozenset[str] = frozenset()
+    places: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

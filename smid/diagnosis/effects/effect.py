@@ -17,6 +17,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
 from smid.models import Model
+from smid.models.chains import behind, in_front_of
 
 Describe = Callable[[Mapping[str, float], "Site"], str]
 
@@ -100,6 +101,8 @@ class Extension:
     describe
         As `Effect.describe`, for this extension only; it must be picklable, a `functools.partial` of a function, say.
         It knows the names that the extension uses, so that no name has to be taken apart.
+    place
+        Where it stands among other effects on the same input or output, if not next to the channel.
 
     Examples
     --------
@@ -115,6 +118,7 @@ class Extension:
     label: str = ""
     inside: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     describe: Describe | None = None
+    place: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,19 +206,34 @@ class Effect:
     def extensions(self, model: Model, site: Site) -> Iterator[Extension]:
         """Yield every way to put the effect on a model, with the effect as the origin of all that it adds.
 
-        The effect is put on every input and every output of the base model.
+        The effect is put on every input and every output of the base model, at every place among the effects there.
         """
         own = {*(p.name for p in model.parameters), *model.inputs}
         # Names of channels stay free: a later effect may read the channel.
-        edited = model.edited_by(self.name, (c.name for c in site.data.channels))
-        for item in _at_all_ends(self.extend, edited, site, self.describe):
+        reserved = tuple(c.name for c in site.data.channels)
+
+        def put(here: Site) -> Iterator[Extension]:
+            for places, place in _places(model, here):
+                for item in self.extend(model.edited_by(self.name, reserved, places), here):
+                    yield replace(item, place=place)
+
+        for item in _at_all_ends(put, model, site, self.describe):
             added = {*(p.name for p in item.model.parameters), *item.model.inputs} - own
             origins = {**item.model.origins, **dict.fromkeys(sorted(added), self.name)}
             yield replace(item, model=replace(item.model, origins=origins, edit=None))
 
 
+def _places(model: Model, site: Site) -> Iterator[tuple[Mapping[str, str], str]]:
+    """Yield the places among the effects on the input and the output, see `smid.models.parts.Edit`; the ends first."""
+    yield {}, ""
+    for name in behind(model, site.input):
+        yield {site.input: name}, f"behind {model.origins[name]}"
+    for name in in_front_of(model, site.output):
+        yield {site.output: name}, f"before {model.origins[name]}"
+
+
 def _at_all_ends(
-    extend: Callable[[Model, Site], Iterable[Extension]], model: Model, site: Site, describe: Describe | None
+    put: Callable[[Site], Iterable[Extension]], model: Model, site: Site, describe: Describe | None
 ) -> Iterator[Extension]:
     """Yield what an effect offers at each pair of an input and an output of the base model, each extension once."""
     own = (
@@ -224,7 +243,7 @@ def _at_all_ends(
     found: dict[Hashable, tuple[Extension, list[Site]]] = {}
     for output, input in product(outputs, inputs):
         here = replace(site, input=input, output=output)
-        for item in extend(model, here):
+        for item in put(here):
             found.setdefault(_shape(item), (item, []))[1].append(here)
     for item, sites in found.values():
         said, first = item.describe or describe, sites[0]

@@ -45,8 +45,8 @@ class Trial:
         Of the fit, with their derivatives; see `smid.fitting.fit.Fitting.errors`.
     variants
         How many variants the effect has here.
-    describe
-        The sentence about it, see `Extension`.
+    describe, place
+        See `Extension`.
     """
 
     effect: str
@@ -57,6 +57,7 @@ class Trial:
     errors: Errors
     variants: int = 1
     describe: Describe | None = None
+    place: str = ""
 
     @property
     def values(self) -> dict[str, float]:
@@ -258,16 +259,22 @@ def _is_itself(extension: Extension, problem: Fitting, vector: Array) -> bool:
 def refit(effect: Effect, trial: Trial, base: Base, values: Mapping[str, float] | None = None) -> Trial | None:
     """Return an effect fitted to another base in the same way; None where it does not apply or diverges."""
     with np.errstate(all="ignore"):
-        for extension in effect.extensions(base.fit.model, base.site()):
-            added = _added(extension.model, base.fit.model)
-            if extension.label == trial.label and len(added) == len(trial.parameters):
-                problem, known = fitting(extension.model, base), _known(extension, base)
-                own = dict(zip(added, trial.values.values(), strict=True))
-                starts = [{**known, **own}, *([{**known, **own, **values}] if values else [])]
-                fitted = [problem.solve(problem.start(start), _LONG) for start in starts]
-                vector, cost = min(fitted, key=lambda pair: pair[1])
-                if np.isfinite(cost) and problem.result(vector, cost).is_finite:
-                    return _trial(effect.name, extension, base, problem, vector, cost, trial.signature, trial.variants)
+        same = [
+            extension
+            for extension in effect.extensions(base.fit.model, base.site())
+            if extension.label == trial.label and len(_added(extension.model, base.fit.model)) == len(trial.parameters)
+        ]
+        if not same:
+            return None
+        # The effects that it stood among may be missing.
+        extension = next((one for one in same if one.place == trial.place), same[0])
+        problem, known = fitting(extension.model, base), _known(extension, base)
+        own = dict(zip(_added(extension.model, base.fit.model), trial.values.values(), strict=True))
+        starts = [{**known, **own}, *([{**known, **own, **values}] if values else [])]
+        fitted = [problem.solve(problem.start(start), _LONG) for start in starts]
+        vector, cost = min(fitted, key=lambda pair: pair[1])
+        if np.isfinite(cost) and problem.result(vector, cost).is_finite:
+            return _trial(effect.name, extension, base, problem, vector, cost, trial.signature, trial.variants)
     return None
 
 
@@ -283,7 +290,7 @@ def _trial(
 ) -> Trial:
     fit, errors = problem.result(vector, cost), tuple(problem.errors(vector, True))
     added = _added(extension.model, base.fit.model)
-    return Trial(effect, extension.label, fit, added, signature, errors, variants, extension.describe)
+    return Trial(effect, extension.label, fit, added, signature, errors, variants, extension.describe, extension.place)
 
 
 def _added(extended: Model, model: Model) -> tuple[str, ...]:

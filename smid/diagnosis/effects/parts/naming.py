@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from smid.models import Measurement, Model, Parameter
+from smid.models.chains import signal_of
 from smid.models.edit_lines import free_name
 
 __all__ = ["find", "free_name", "fresh", "quantity", "read_channel", "signal_of"]
@@ -38,11 +39,6 @@ def find(values: Mapping[str, float], stem: str) -> float | None:
         if re.fullmatch(rf"(.*_)?{re.escape(stem)}\d*", name):
             return value
     return None
-
-
-def signal_of(model: Model, channel: str) -> str:
-    """Return the signal that a channel measures; an exact input has the name of its channel."""
-    return next((m.signal for m in model.measurements if m.channel == channel), channel)
 
 
 def read_channel(model: Model, channel: str) -> tuple[Model, str]:
