@@ -81,7 +81,7 @@ def cause_of(
     said = _sentence(trial.effect, trial.describe, values, record.site(fit))
     return Cause(
         trial.effect,
-        trial.label,
+        ", ".join(filter(None, (trial.label, trial.place))),
         said,
         found.probability[trial.effect],
         _parameters(trial, fit, found.chosen.evidence),

@@ -213,23 +213,20 @@ class Effect:
         reserved = tuple(c.name for c in site.data.channels)
 
         def put(here: Site) -> Iterator[Extension]:
-            for places, place in _places(model, here):
-                for item in self.extend(model.edited_by(self.name, reserved, places), here):
-                    yield replace(item, place=place)
+            at_ends = tuple(self.extend(model.edited_by(self.name, reserved), here))
+            yield from at_ends
+            for channel, chain, side in ((here.input, behind, "behind"), (here.output, in_front_of, "before")):
+                there = tuple(chain(model, channel))
+                joins = there and any(len(tuple(chain(item.model, channel))) > len(there) for item in at_ends)
+                for name in there if joins else ():
+                    place = f"{side} the {model.origins[name].replace('_', ' ')}"
+                    for item in self.extend(model.edited_by(self.name, reserved, {channel: name}), here):
+                        yield replace(item, place=place)
 
         for item in _at_all_ends(put, model, site, self.describe):
             added = {*(p.name for p in item.model.parameters), *item.model.inputs} - own
             origins = {**item.model.origins, **dict.fromkeys(sorted(added), self.name)}
             yield replace(item, model=replace(item.model, origins=origins, edit=None))
-
-
-def _places(model: Model, site: Site) -> Iterator[tuple[Mapping[str, str], str]]:
-    """Yield the places among the effects on the input and the output, see `smid.models.parts.Edit`; the ends first."""
-    yield {}, ""
-    for name in behind(model, site.input):
-        yield {site.input: name}, f"behind {model.origins[name]}"
-    for name in in_front_of(model, site.output):
-        yield {site.output: name}, f"before {model.origins[name]}"
 
 
 def _at_all_ends(

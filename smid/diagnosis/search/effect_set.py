@@ -16,11 +16,12 @@ from smid.diagnosis.search.compare import rms
 from smid.diagnosis.search.guarded import Failure, guarded
 from smid.diagnosis.search.noise_model import DISCREPANCY
 from smid.diagnosis.search.record import Record
-from smid.diagnosis.search.trial import Base, Begun, Trial, begin, finish, fitting, refit
+from smid.diagnosis.search.trial import Base, Begun, Trial, begin, finish, fitting, refit, schwarz, try_effect
 from smid.display.progress import counted
 from smid.fitting.fit import Errors, Fit
 
 _BETTER = 1e-6  # a smaller reduction of the error is no other minimum
+_WORTH = 2.0  # of the criterion: a nat
 
 SCREEN = 5.0
 """Nats that the first step of an effect has to promise; over blind cases, what was hidden promised 67 at least."""
@@ -122,6 +123,30 @@ def put_again(
         base = base.extended(again)
         done.append(again)
     return EffectSet(tuple(done), base.fit, base.errors)
+
+
+def leading(found: Sequence[EffectSet], base: Base, count: int) -> list[EffectSet]:
+    """Return the sets of at least two effects that fit best, by Schwarz's criterion."""
+    several = [one for one in found if len(one.trials) > 1]
+    return sorted(several, key=lambda one: schwarz(one.fit.cost, one.fit.n_free, base))[:count]
+
+
+def reopened(one: EffectSet, base: Base, effects: Mapping[str, Effect]) -> EffectSet:
+    """Put each effect of a set on anew beside the others, in the variant that suits them best, until none is better.
+
+    An effect has the variant and the place with which it was put on: the best without those that came later.
+    """
+    waiting = list(one.trials[:-1])
+    while waiting:
+        first = waiting.pop(0)
+        rest = put_again([t for t in one.trials if t is not first], base, effects, one.fit.model.values)
+        beside = rest and replace(base, fit=rest.fit, errors=rest.errors)
+        trial = beside and guarded(first.effect, try_effect, effects[first.effect], beside)
+        criterion = schwarz(one.fit.cost, one.fit.n_free, base)
+        if rest and isinstance(trial, Trial) and schwarz(trial.fit.cost, trial.fit.n_free, base) < criterion - _WORTH:
+            one = EffectSet((*rest.trials, trial), trial.fit, trial.errors)
+            waiting = list(one.trials[:-1])
+    return one
 
 
 def reduced(

@@ -20,10 +20,19 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 
-from relaxations.deadline import Progress, TimeIsUp
+from relaxations.deadline import Progress, TimeIsUp, map_in_time
 from smid.diagnosis.effects.effect import Effect
-from smid.diagnosis.search.effect_set import EffectSet, enlarged, put_again, reduced, with_noise_effects
+from smid.diagnosis.search.effect_set import (
+    EffectSet,
+    enlarged,
+    leading,
+    put_again,
+    reduced,
+    reopened,
+    with_noise_effects,
+)
 from smid.diagnosis.search.guarded import Failure
 from smid.diagnosis.search.ranking import REACH, Ranking, Visited
 from smid.diagnosis.search.record import Record
@@ -100,7 +109,11 @@ def search(
             if todo is not None:
                 grown.add(todo.names)
                 say(f"trying {len(fitted)} effects on {', '.join(todo.names) or 'the base model'}")
-                _sort(enlarged(todo, base, fitted, executor, say), sets, failed)
+                new = enlarged(todo, base, fitted, executor, say)
+                _sort(new, sets, failed)
+                # The effects that were there had no say in what came later: let each choose its variant again.
+                ahead = leading([one for one in new if isinstance(one, EffectSet)], base, WIDTH)
+                _keep(sets, *map_in_time(executor, partial(reopened, base=base, effects=by_name), ahead))
                 continue
             # Effects on the noise need no fit, and are compared where nothing else is left.
             near = [v.effects for v in ranked if v.merit >= ranked[0].merit - REACH]

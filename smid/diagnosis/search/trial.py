@@ -126,7 +126,7 @@ class Begun:
     effect
         Its name.
     criterion
-        Of the best extension, see `_criterion`.
+        Of the best extension, see `schwarz`.
     candidates
         The extensions that fit best, the best first.
     """
@@ -203,9 +203,9 @@ def begin(effect: Effect, base: Base, least: float = -np.inf) -> Begun | None:
             others.sort(key=lambda pair: pair[1])
             fitted = [problem.solve(vector, _SHORT, 1e-4) for vector, _ in (first, *others[: _STARTS - 1])]
             vector, cost = min(fitted, key=lambda pair: pair[1])
-            criterion, found = _criterion(cost, problem.n_free, base), _values(problem, vector)
+            reached, found = schwarz(cost, problem.n_free, base), _values(problem, vector)
             initial = tuple(problem.initial(vector))
-            candidates.append(_Candidate(criterion, cost, extension, found, initial, scored[0][0]))
+            candidates.append(_Candidate(reached, cost, extension, found, initial, scored[0][0]))
         best = sorted(candidates, key=lambda c: c.criterion)[:_FINISHED]
         return Begun(effect.name, best[0].criterion, tuple(best), variants) if best else None
 
@@ -224,7 +224,7 @@ def finish(begun: Begun, base: Base) -> Trial | None:
                 vector, problem = (fresh, other) if less < cost else (vector, problem)
             vector, cost = problem.solve(vector, _LONG)
             if np.isfinite(cost) and _is_itself(candidate.extension, problem, vector):
-                tried.append((_criterion(cost, problem.n_free, base), cost, vector, problem, candidate))
+                tried.append((schwarz(cost, problem.n_free, base), cost, vector, problem, candidate))
         if not tried:
             return None
         _, cost, vector, problem, candidate = min(tried, key=lambda item: item[0])
@@ -328,7 +328,7 @@ def _scored(problem: Fitting, extension: Extension, base: Base) -> list[tuple[fl
     return sorted(scored, key=lambda pair: -pair[0])
 
 
-def _criterion(cost: float, n_free: int, base: Base) -> float:
+def schwarz(cost: float, n_free: int, base: Base) -> float:
     """Return Schwarz's information criterion over the fitted samples, up to a constant."""
     n = sum(int(u.sum()) for u in base.used) * len(base.fit.simulated[0])
     return float(n * np.log(max(cost, 1e-300)) + n_free * np.log(n)) if np.isfinite(cost) else np.inf
