@@ -140,10 +140,12 @@ def reopened(one: EffectSet, base: Base, effects: Mapping[str, Effect]) -> Effec
     while waiting:
         first = waiting.pop(0)
         rest = put_again([t for t in one.trials if t is not first], base, effects, one.fit.model.values)
-        beside = rest and replace(base, fit=rest.fit, errors=rest.errors)
-        trial = beside and guarded(first.effect, try_effect, effects[first.effect], beside)
+        if rest is None:
+            continue
+        beside = replace(base, fit=rest.fit, errors=rest.errors)
+        trial = guarded(first.effect, try_effect, effects[first.effect], beside)
         criterion = schwarz(one.fit.cost, one.fit.n_free, base)
-        if rest and isinstance(trial, Trial) and schwarz(trial.fit.cost, trial.fit.n_free, base) < criterion - _WORTH:
+        if isinstance(trial, Trial) and schwarz(trial.fit.cost, trial.fit.n_free, base) < criterion - _WORTH:
             one = EffectSet((*rest.trials, trial), trial.fit, trial.errors)
             waiting = list(one.trials[:-1])
     return one

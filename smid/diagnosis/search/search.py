@@ -8,8 +8,9 @@ effect on it, each time with a joint fit of everything from several starts.  Wor
 3. its parts, the sets that lack one of its effects: every other effect is tried in the place of each;
 4. sets within `REACH` of it that are better than each of their parts.
 
-The parts are fitted with the best set, so that an effect that is not needed drops out. The search ends where nothing is
-left to grow.  Eight numbers steer it: `WIDTH`, `MOST` effects in a set, `REACH`, `FOLDS`
+The parts are fitted with the best set, so that an effect that is not needed drops out. In the `WIDTH` sets of each step
+that fit best, each effect is put on anew beside the others, so that none keeps a variant that was the best alone. The
+search ends where nothing is left to grow.  Eight numbers steer it: `WIDTH`, `MOST` effects in a set, `REACH`, `FOLDS`
 blocks left out in turn, `TAIL` degrees of freedom of the noise, `DISCREPANCY`, what laws may leave, `SCREEN`, what
 an effect has to promise, and `HALVING`, one in how many is fitted to the end.
 """
