@@ -55,6 +55,12 @@ def signal(name: str) -> sympy.IndexedBase:
     >>> w[t - 1] + 1
     w[t - 1] + 1
     """
+    return _indexed(name)
+
+
+# Sympy deduces all that follows from an assumption, again for each object of the same name.
+@lru_cache(maxsize=4096)
+def _indexed(name: str) -> sympy.IndexedBase:
     return sympy.IndexedBase(name, real=True)
 
 
@@ -177,6 +183,12 @@ def canonical(expression: sympy.Expr) -> sympy.Expr:
         raise ModelError(f"{expression!r} is not a sympy expression: build it from symbols and signals") from None
     if not isinstance(expression, sympy.Expr):
         raise ModelError(f"{expression!r} is not an expression: give the right-hand side only, without a relation")
+    return _canonical(expression)
+
+
+# Edits of a model leave most of its lines as they are.
+@lru_cache(maxsize=4096)
+def _canonical(expression: sympy.Expr) -> sympy.Expr:
     ours = {atom: signal(str(atom.base.label))[t - _lag(atom)] for atom in expression.atoms(sympy.Indexed)}
     ours |= {atom: sympy.Symbol(atom.name, real=True) for atom in _outside_signals(expression)}
     ours |= {atom: sympy.Rational(atom) for atom in expression.atoms(sympy.Float) if atom.is_finite}
