@@ -10,9 +10,10 @@ from benchmarks.blind.cases import ranked
 from benchmarks.blind.diagnose_case import diagnose_case
 from benchmarks.blind.effects import EFFECTS
 
+SAMPLES = 600  # enough for every name, and half the time of the 1000 samples of the benchmark
+
 # Every tenth effect of the table, each by the first seed that hides it.
 NAMES = list(EFFECTS)[::10]
-SAMPLES = 600  # enough for each of the names, and half the time of the 1000 samples of the benchmark
 SEEDS = [next(seed for seed in count() if ranked(seed, "single")[0] == name) for name in NAMES]
 
 
