@@ -83,17 +83,14 @@ class Function(IntEnum):
     COS = 6
     TANH = 7
     ATAN = 8
-    POSITIVE = 9
-    SIGN = 10
-    FLOOR = 11
-    POWER = 12
-    ABS = 13
+    SIGN = 9
+    FLOOR = 10
+    POWER = 11
+    ABS = 12
 
 
 # Numba takes members of an enumeration only by their values.
-_RECIPROCAL, _SQUARE, _ROOT, _EXP, _LOG, _SIN, _COS, _TANH, _ATAN, _POSITIVE, _SIGN, _FLOOR, _POWER, _ABS = map(
-    int, Function
-)
+_RECIPROCAL, _SQUARE, _ROOT, _EXP, _LOG, _SIN, _COS, _TANH, _ATAN, _SIGN, _FLOOR, _POWER, _ABS = map(int, Function)
 _LARGEST = 1.7976931348623157e308
 
 
@@ -435,8 +432,8 @@ def apply(forms: Array, to: int, a: int, function: int, exponent: float) -> None
     if function == _FLOOR:
         between(forms, to, np.floor(low), np.floor(high))  # that of math is an integer of 64 bits
         return
-    if function in (_POSITIVE, _ABS):
-        _bent_at_zero(forms, to, a, 0.0 if function == _POSITIVE else -1.0)
+    if function == _ABS:
+        _bent_at_zero(forms, to, a, -1.0)
         return
     if function in (_ROOT, _LOG, _POWER):
         if not high >= 0.0:

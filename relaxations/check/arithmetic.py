@@ -196,9 +196,12 @@ def _times(a: End, b: End) -> End:
 
 def _add(total: Terms, more: Terms, factor: Fraction = ONE) -> None:
     """Add terms times a factor, in place."""
+    if factor == -1:
+        more = {m: -value for m, value in more.items()}
+    elif factor != 1:
+        more = {m: value * factor for m, value in more.items()}
     for m, value in more.items():
-        own = value if factor == 1 else -value if factor == -1 else value * factor
-        total[m] = total[m] + own if m in total else own
+        total[m] = total[m] + value if m in total else value
 
 
 def _absolute(part: Terms) -> Terms:

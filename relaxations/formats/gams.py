@@ -21,6 +21,7 @@ from pathlib import Path
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.formats.expressions import Constraint, Expression, problem_of, variables
+from relaxations.formats.files import parsed
 from relaxations.formats.text import Token, parse_tokens, tokens
 from relaxations.problem.problem import PolynomialProblem
 
@@ -69,14 +70,7 @@ def read_gams(path: str | Path) -> tuple[PolynomialProblem, Polynomials]:
     >>> problem.names, problem.upper, objective.evaluate(np.array([0.5]))
     (('x',), array([2.]), array([-0.25]))
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise ProblemError(f"{path} cannot be read: {error.strerror}") from None
-    try:
-        return parse_gams(text)
-    except ProblemError as error:
-        raise ProblemError(f"{path}: {error}") from None
+    return parsed(path, parse_gams)
 
 
 def parse_gams(text: str) -> tuple[PolynomialProblem, Polynomials]:

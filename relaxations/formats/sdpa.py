@@ -23,6 +23,7 @@ from scipy import sparse
 
 from relaxations.algebra.arrays import Array, Index
 from relaxations.errors import ProblemError
+from relaxations.formats.files import parsed
 from relaxations.moments.conic import Cones, ConicProgram
 from relaxations.solvers import ConicSolution, solve
 
@@ -236,14 +237,7 @@ def read_sdpa(path: str | Path) -> SDPProblem:
     >>> again.comment, again.sizes, again.cost
     ('x >= 0', (-1,), array([0.1]))
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise ProblemError(f"{path} cannot be read: {error.strerror}") from None
-    try:
-        return parse_sdpa(text)
-    except ProblemError as error:
-        raise ProblemError(f"{path}, {error}") from None
+    return parsed(path, parse_sdpa)
 
 
 def parse_sdpa(text: str) -> SDPProblem:

@@ -79,6 +79,7 @@ def names() -> tuple[str, ...]:
     return tuple(_entries())
 
 
+@cache
 def load(name: str) -> NamedProblem:
     """Return a problem by its name.
 

@@ -12,23 +12,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.optimize import linprog
 from scipy.sparse.linalg import spsolve_triangular
 
 from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import check_time, remaining
+from relaxations.points.linear_program import INFEASIBLE, minimum
 from relaxations.problem.problem import PolynomialProblem
 
-# HiGHS's presolve (1.12 to 1.15) crashes the process on some of these programs. Without it they take no longer. The
-# simplex method may cycle at these tolerances, so each program has a time limit. A program that exceeds it costs one
-# candidate of the search.
+# The simplex method may cycle at the tolerances of `minimum`, so each program has a time limit. A program that exceeds
+# it costs one candidate of the search.
 _LONGEST = 5.0  # seconds
-_HIGHS = {
-    "presolve": False,
-    "primal_feasibility_tolerance": 1e-10,
-    "dual_feasibility_tolerance": 1e-10,
-}
 _FEW = 30  # unknowns of a dense program, at most
 
 
@@ -129,36 +123,24 @@ def _condensed(program: _Program, order: list[tuple[int, int]] | None) -> tuple[
 def _solve(program: _Program) -> tuple[Array, float] | None:
     """Return the step and its violation, which is zero if the constraints can be satisfied."""
     check_time()
-    options = {**_HIGHS, "time_limit": min(_LONGEST, remaining())}
-    bounds = np.stack([program.lower, program.upper], axis=1)
-    equal, rows = program.equal, program.rows
+    seconds = min(_LONGEST, remaining())
     # First with the constraints as they are.
-    plain = linprog(  # type: ignore[call-overload]
-        program.cost,
-        A_ub=rows if rows.shape[0] else None,
-        b_ub=program.limits if rows.shape[0] else None,
-        A_eq=equal if equal.shape[0] else None,
-        b_eq=program.right if equal.shape[0] else None,
-        bounds=bounds,
-        method="highs",
-        options=options,
-    )
-    if plain.status == 0:
-        return plain.x, 0.0
-    if plain.status != 2:
+    rows = sparse.csr_array(sparse.vstack([program.equal, sparse.csr_matrix(program.rows)]))
+    low = np.concatenate([program.right, np.full(len(program.limits), -np.inf)])
+    high = np.concatenate([program.right, program.limits])
+    found = minimum(program.cost, rows, (low, high), (program.lower, program.upper), seconds)
+    if isinstance(found, np.ndarray):
+        return found, 0.0
+    if found != INFEASIBLE:
         return None
     # If infeasible, minimise one elastic variable that relaxes every constraint.
-    matrix = sparse.vstack([equal, -equal, sparse.csr_matrix(rows)])
-    elastic = sparse.csr_matrix(np.ones((matrix.shape[0], 1)))
-    relaxed = linprog(  # type: ignore[call-overload]
-        np.r_[np.zeros(len(program.cost)), 1.0],
-        A_ub=sparse.hstack([matrix, -elastic]),
-        b_ub=np.concatenate([program.right, -program.right, program.limits]),
-        bounds=np.r_[bounds, [[0.0, np.inf]]],
-        method="highs",
-        options=options,
-    )
-    return (relaxed.x[:-1], float(relaxed.x[-1])) if relaxed.status == 0 else None
+    every = sparse.vstack([program.equal, -program.equal, sparse.csr_matrix(program.rows)])
+    elastic = sparse.csr_array(sparse.hstack([every, sparse.csr_matrix(-np.ones((every.shape[0], 1)))]))
+    high = np.concatenate([program.right, -program.right, program.limits])
+    box = np.append(program.lower, 0.0), np.append(program.upper, np.inf)
+    cost = np.append(np.zeros(len(program.cost)), 1.0)
+    found = minimum(cost, elastic, (np.full(len(high), -np.inf), high), box, seconds)
+    return (found[:-1], float(found[-1])) if isinstance(found, np.ndarray) else None
 
 
 def _linearised(polynomials: Polynomials, point: Array) -> tuple[sparse.csr_matrix, Array]:

@@ -56,6 +56,12 @@ def signal(name: str) -> sympy.IndexedBase:
     >>> w[t - 1] + 1
     w[t - 1] + 1
     """
+    return _indexed(name)
+
+
+# Sympy deduces all that follows from an assumption, again for each object of the same name.
+@lru_cache(maxsize=4096)
+def _indexed(name: str) -> sympy.IndexedBase:
     return sympy.IndexedBase(name, real=True)
 
 

@@ -25,7 +25,7 @@ Safeguard: rows include the rounding of their coefficients, and each certified b
 
 References: Fogel and Huang, "On the value of information in system identification: bounded noise case", Automatica 18
 (1982) (ellipsoids); Bravo, Alamo and Camacho, "Bounded error identification of systems with time-varying parameters",
-IEEE Trans. Automatic Control 51 (2006) (zonotopes); both compared in ``benchmarks/recursive_sets.py``; Milanese and
+IEEE Trans. Automatic Control 51 (2006) (zonotopes); both compared in ``benchmarks/recursive_sets``; Milanese and
 Vicino, "Optimal estimation theory for dynamic systems with set membership uncertainty: an overview", Automatica 27
 (1991); clutch thesis, section 6.2.
 """

@@ -30,10 +30,9 @@ def bound(step: Bound, context: Context, _: Prove) -> list[Theorem]:
     occurring, begins, ends = set(step.objective.variables), set[int](), set[int]()
 
     def in_t(polynomial: Polynomial) -> Polynomial:
-        occurring.update(polynomial.variables)
-        return substituted(
-            polynomial, {v: affine(step.centre[v], step.scale[v], v) for v in polynomial.variables}, work
-        )
+        own = polynomial.variables
+        occurring.update(own)
+        return substituted(polynomial, {v: affine(step.centre[v], step.scale[v], v) for v in own}, work)
 
     def factor(kind: str, number: int) -> Polynomial:
         if kind not in ("equality", "inequality"):
@@ -60,10 +59,11 @@ def bound(step: Bound, context: Context, _: Prove) -> list[Theorem]:
         residual.add(total, -product.weight)
 
     # Where -1 <= t or t <= 1 was used, the box begins at centre - scale, or ends at centre + scale.
+    left = residual.variables
     for k in sorted(occurring | begins | ends):
         centre, scale, name = step.centre[k], step.scale[k], context.name(k)
         context.require(scale >= 0, f"scale >= 0 fails for {name}: {shown(scale)}")
-        whole = not scale or k in residual.variables
+        whole = not scale or k in left
         if whole or k in begins:
             at_most(context, centre - scale, context.end(k, 0), "centre - scale <= lower", name)
         if whole or k in ends:

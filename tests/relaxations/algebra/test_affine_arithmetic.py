@@ -153,9 +153,8 @@ def test_a_multiple_and_a_constant_within_an_error(parts, factor, constant, erro
 
 def exact_value(function, x, exponent):
     """Return the exact or a very close value of a function; None where it has no real value."""
-    if function in (Function.POSITIVE, Function.SIGN, Function.FLOOR, Function.SQUARE, Function.ABS):
+    if function in (Function.SIGN, Function.FLOOR, Function.SQUARE, Function.ABS):
         exact = {
-            Function.POSITIVE: lambda: max(x, Fraction(0)),
             Function.ABS: lambda: abs(x),
             Function.SIGN: lambda: Fraction((x > 0) - (x < 0)),
             Function.FLOOR: lambda: Fraction(math.floor(x)),

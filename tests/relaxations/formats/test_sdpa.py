@@ -178,7 +178,7 @@ MALFORMED = {
 def test_what_is_malformed_is_told_with_its_line(tmp_path, name):
     text, message = MALFORMED[name]
     (tmp_path / "p.dat-s").write_text(text)
-    with pytest.raises(ProblemError, match=rf"p\.dat-s, {message}"):
+    with pytest.raises(ProblemError, match=rf"p\.dat-s: {message}"):
         read_sdpa(tmp_path / "p.dat-s")
 
 

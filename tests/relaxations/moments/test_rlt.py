@@ -32,7 +32,7 @@ def lifted(name):
     return 0 if complicating is None else least_order([problem.equalities, problem.inequalities], complicating)
 
 
-LIFTED = {name: lifted(name) for name in names() if lifted(name)}
+LIFTED = {name: order for name in names() if (order := lifted(name))}
 
 
 def test_there_are_named_problems_for_the_lift():

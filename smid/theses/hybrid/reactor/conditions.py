@@ -20,7 +20,7 @@ from relaxations.algebra.arrays import Array
 from relaxations.deadline import Progress
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table
-from smid.theses.hybrid.reactor.output_errors import AXIS, CELLS, estimated_reactor, shown_error
+from smid.theses.hybrid.reactor.output_errors import AXIS, CELLS, estimated_reactor, largest_error, shown_error
 from smid.theses.hybrid.reactor.records import PLANTS, first_principles, free_run, reactor_record
 
 if TYPE_CHECKING:
@@ -152,9 +152,8 @@ def other_conditions(
         )
         for name in VALIDATIONS:
             data = checks[plant, name]
-            run, y = free_run(found.hybrid, data), data.values("y")
-            worst = float(np.nan_to_num(np.abs(run - y), nan=np.inf).max())
-            largest.setdefault((training, column, name), []).append(worst)
+            run = free_run(found.hybrid, data)
+            largest.setdefault((training, column, name), []).append(largest_error(run, data))
             if (plant, column, name) == FIGURE_6_2:
-                runs[training] = (y, first_principles(plant, data), run)
+                runs[training] = (data.values("y"), first_principles(plant, data), run)
     return OtherConditions(tuple(plants), {key: np.array(values) for key, values in largest.items()}, runs)

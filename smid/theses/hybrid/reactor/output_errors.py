@@ -16,11 +16,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from relaxations.deadline import Progress
+from smid.data import Dataset
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table, figure
 from smid.hybrid.back_couplings import EXTRA, SIMPLE, BackCouplings
@@ -32,7 +35,7 @@ from smid.theses.hybrid.reactor.records import PLANTS, first_principles, free_ru
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["AXIS", "CELLS", "OutputErrors", "estimated_reactor", "output_errors", "shown_error"]
+__all__ = ["AXIS", "CELLS", "OutputErrors", "estimated_reactor", "largest_error", "output_errors", "shown_error"]
 
 AXIS = 0.25
 ASKED = BackCouplings(2, 2)
@@ -61,8 +64,8 @@ class OutputErrors(Tabular):
     """
 
     plants: tuple[str, ...]
-    largest: Mapping[tuple[str, str], np.ndarray[Any, np.dtype[np.float64]]]
-    alone: np.ndarray[Any, np.dtype[np.float64]]
+    largest: Mapping[tuple[str, str], Array]
+    alone: Array
 
     def table(self, error: str) -> Table:
         """Return the table for one of `ERRORS`."""
@@ -151,12 +154,9 @@ def output_errors(
         if progress is not None:
             progress(f"{plant}: {column}, {error}")
         found = estimated_reactor(plant, *CELLS[column], error=error, starts=starts, iterations=iterations, seed=seed)
-        deviation = np.abs(free_run(found.hybrid, records[plant]) - records[plant].values("y"))
-        largest.setdefault((error, column), []).append(float(np.nan_to_num(deviation, nan=np.inf).max()))
-    alone = []
-    for plant in plants:
-        deviation = first_principles(plant, records[plant]) - records[plant].values("y")
-        alone.append(float(np.abs(deviation).max()))
+        run = free_run(found.hybrid, records[plant])
+        largest.setdefault((error, column), []).append(largest_error(run, records[plant]))
+    alone = [largest_error(first_principles(plant, data), data) for plant, data in records.items()]
     return OutputErrors(tuple(plants), {key: np.array(values) for key, values in largest.items()}, np.array(alone))
 
 
@@ -173,10 +173,30 @@ def estimated_reactor(
     noise_share: float = 0.0,
 ) -> HybridEstimate:
     """Return the estimate of one cell of the table from a `reactor_record`; `error` is one of `ERRORS`."""
+    return _estimated(plant, topology, couplings, error, starts, iterations, seed, signal, noise_share)
+
+
+@cache  # the studies of one run share cells
+def _estimated(
+    plant: str,
+    topology: str,
+    couplings: BackCouplings,
+    error: str,
+    starts: int,
+    iterations: int,
+    seed: int,
+    signal: str,
+    noise_share: float,
+) -> HybridEstimate:
     join = {"series": series, "parallel": parallel}[topology]
     data = reactor_record(plant, signal, seed, noise_share=noise_share)
     hybrid = join(white_reactor(plant), couplings)
     return estimate(hybrid, data, error=error, starts=starts, iterations=iterations, seed=seed)
+
+
+def largest_error(run: Array, data: Dataset) -> float:
+    """Return the largest deviation of a simulated output from the record's; infinite where the model diverges."""
+    return float(np.nan_to_num(np.abs(run - data.values("y")), nan=np.inf).max())
 
 
 def shown_error(value: float) -> str:
