@@ -38,6 +38,7 @@ from relaxations.proof.proof_steps import (
     Sides,
     Step,
 )
+from relaxations.writing import write_text
 
 
 def write_certificate(
@@ -130,7 +131,7 @@ def write_content(path: str | Path, content: Mapping[str, Any]) -> None:
             f"the steps do not prove what they claim ({refusal}): give each the objective that its certificate was "
             "made for (zero for an empty set), and the steps that contracted the box"
         ) from None
-    Path(path).write_text(json.dumps(content, separators=(",", ":")) + "\n", encoding="utf-8")
+    write_text(path, json.dumps(content, separators=(",", ":")) + "\n")
 
 
 # ---------------------------------------------------------------- steps
