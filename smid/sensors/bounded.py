@@ -232,14 +232,36 @@ class HalfWidth(Block):
             update=(
                 f"m[1] = fabs({x} - m[0]) + {MEMORY!r} * (m[1] - fabs({x} - m[0]));\n"
                 f"m[0] = {x};\n"
-                f"{{ int k = 0; while (k < {n - 2} && {x} >= {name}_x[k + 1]) k++;\n"
-                f"  {name} = {x} <= {name}_x[0] ? {name}_y[0] : {x} >= {name}_x[{n - 1}] ? {name}_y[{n - 1}]\n"
-                f"    : {name}_k[k] * ({x} - {name}_x[k]) + {name}_y[k]; }}\n"
+                f"{name} = interpolated({x}, {n}, {name}_x, {name}_y, {name}_k);\n"
                 f"{name} = {1.0 + self.margin!r} * ({name} + {float(self.weights[-1])!r} * m[1]);"
             ),
             constants="\n".join(tables),
             size=2,
             rest=f"m[0] = {x}; m[1] = 0.0;",
+        )
+
+    def range_code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the least and the largest bound; see `Block.range_code`."""
+        x, n = signals[0], self.knots.size
+        table = name.removeprefix("r")
+        half = f"{1.0 + self.margin!r} * (%s + {float(self.weights[-1])!r} * %s) * (1.0 %s {SLACK!r})"
+        return Code(
+            f"{{ double least = interpolated({x}.lower, {n}, {table}_x, {table}_y, {table}_k);\n"
+            f"  double most = interpolated({x}.upper, {n}, {table}_x, {table}_y, {table}_k);\n"
+            "  double shape[2] = {smaller(least, most), larger(least, most)};\n"
+            f"  for (int k = 0; k < {n}; k++)\n"
+            f"    if ({x}.lower < {table}_x[k] && {table}_x[k] < {x}.upper) {{\n"
+            f"      shape[0] = smaller(shape[0], {table}_y[k]);\n"
+            f"      shape[1] = larger(shape[1], {table}_y[k]);\n"
+            "    }\n"
+            f"  least = larger(0.0, larger({x}.lower - high[0], low[0] - {x}.upper));\n"
+            f"  most = larger({x}.upper - low[0], high[0] - {x}.lower);\n"
+            f"  low[1] = {MEMORY!r} * low[1] + {1.0 - MEMORY!r} * least;\n"
+            f"  high[1] = {MEMORY!r} * high[1] + {1.0 - MEMORY!r} * most;\n"
+            f"  {name}.lower = {half % ('shape[0]', 'low[1]', '-')};\n"
+            f"  {name}.upper = {half % ('shape[1]', 'high[1]', '+')};\n"
+            f"  low[0] = {x}.lower; high[0] = {x}.upper;\n"
+            f"  low[1] *= {1.0 - SLACK!r}; high[1] *= {1.0 + SLACK!r}; }}"
         )
 
 

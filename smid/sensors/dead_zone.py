@@ -139,3 +139,14 @@ class Threshold(Block):
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return the condition; see `Block.code`."""
         return Code(update=f"{name} = {signals[1]} <= {self.threshold!r} ? {self.constant!r} : {signals[0]};")
+
+    def range_code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the conditions of both ends of the second signal; see `Block.range_code`."""
+        value, gate = signals
+        rest, threshold = f"{self.constant!r}", f"{self.threshold!r}"
+        return Code(
+            f"{name}.lower = {gate}.upper <= {threshold} ? {rest}\n"
+            f"  : {gate}.lower > {threshold} ? {value}.lower : smaller({value}.lower, {rest});\n"
+            f"{name}.upper = {gate}.upper <= {threshold} ? {rest}\n"
+            f"  : {gate}.lower > {threshold} ? {value}.upper : larger({value}.upper, {rest});"
+        )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from smid.sensors.program import Block, Code
+from smid.sensors.program import Block, Code, both_ends
 from smid.sensors.ranges import Range, joined
 
 __all__ = ["Delay"]
@@ -43,3 +43,7 @@ class Delay(Block):
             size=n,
             rest=f"for (int k = 0; k < {n}; k++) m[k] = {signals[0]};",
         )
+
+    def range_code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the shift of both ends; see `Block.range_code`."""
+        return both_ends(self, name, signals)

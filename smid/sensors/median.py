@@ -19,7 +19,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.models import ModelError
-from smid.sensors.program import Block, Code
+from smid.sensors.program import Block, Code, both_ends
 from smid.sensors.ranges import Range, joined
 
 __all__ = ["Median", "RunningMedian", "centred_median", "check_order", "check_record"]
@@ -157,3 +157,7 @@ class Median(Block):
             size=2 + 2 * n,
             rest="m[0] = m[1] = 0.0;",
         )
+
+    def range_code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the medians of both ends; see `Block.range_code`."""
+        return both_ends(self, name, signals)

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relaxations.algebra.arrays import Array
-from smid.sensors.program import Block, Code
+from smid.sensors.program import Block, Code, both_ends
 from smid.sensors.ranges import Range
 
 __all__ = ["Play", "Pushed", "play"]
@@ -127,4 +127,15 @@ class Pushed(Block):
             ),
             size=1,
             rest=f"m[0] = {s};",
+        )
+
+    def range_code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the clips of both ends, widened where they moved; see `Block.range_code`."""
+        s = signals[0]
+        return Code(
+            "{ const range before = {low[0], high[0]};\n"
+            f"  const double slack = DBL_EPSILON * (fabs({s}.lower) + fabs({s}.upper) + {self.threshold!r});\n"
+            f"{both_ends(self, name, signals).update}\n"
+            f"  if ({name}.lower != before.lower) low[0] = {name}.lower -= slack;\n"
+            f"  if ({name}.upper != before.upper) high[0] = {name}.upper += slack; }}"
         )

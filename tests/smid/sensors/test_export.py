@@ -15,7 +15,6 @@ from smid.sensors import (
     CPX,
     PTX,
     PX,
-    BoundedSensor,
     DeadZone,
     MedianFiltered,
     bound_error,
@@ -45,15 +44,21 @@ MAIN = """\
 #include <stdio.h>
 int main(void) {
   sensor_state state, saved;
-  double u[IN], y[OUT];
+  double u[IN], y[3], before[3];
   sensor_reset(&state);
   for (long k = 0; fread(u, sizeof u, 1, stdin) == 1; k++) {
     if (k % 100 == 50) { saved = state; double wild[IN] = {1e6}; sensor_update(&state, wild, y); state = saved; }
-    if (sensor_update(&state, u, y)) return 1;
+    if (sensor_update(&state, u, y) == 1) return 1;
     fwrite(y, sizeof y, 1, stdout);
   }
+  u[0] = 1.0 / 0.0;
+  for (int k = 0; k < 3; k++) before[k] = y[k];
+  if (sensor_update(&state, u, y) != 1) return 2;
   u[0] = 0.0 / 0.0;
-  return sensor_update(&state, u, y) ? 0 : 2;
+  sensor_reset(&state);
+  if (sensor_update(&state, u, y) != 1) return 3;
+  for (int k = 0; k < 3; k++) if (before[k] != y[k]) return 4;
+  return 0;
 }
 """
 
@@ -67,15 +72,13 @@ def trained():
 def compiled(sensor, folder):
     """Return a function that runs the exported C over samples of shape (n, inputs)."""
     export_c(sensor, folder / "sensor.c")
-    inputs = len(sensor.trained_on.inputs)
-    outputs = 3 if isinstance(sensor, BoundedSensor) else 1
-    (folder / "main.c").write_text(MAIN.replace("IN]", f"{inputs}]").replace("OUT]", f"{outputs}]"))
+    (folder / "main.c").write_text(MAIN.replace("IN]", f"{len(sensor.trained_on.inputs)}]"))
     flags = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O2"]
     subprocess.run([GCC, *flags, "sensor.c", "main.c", "-o", "sensor", "-lm"], cwd=folder, check=True)
 
     def run(samples):
         found = subprocess.run([folder / "sensor"], input=samples.tobytes(), capture_output=True, check=True)
-        return np.frombuffer(found.stdout).reshape(-1, outputs)
+        return np.frombuffer(found.stdout).reshape(-1, 3)
 
     return run
 
@@ -100,6 +103,24 @@ def test_c_without_error_bound(trained, tmp_path):
     samples = np.stack([data.values(name) for name in sensor.channels], axis=1)
     np.testing.assert_allclose(
         compiled(sensor, tmp_path)(samples)[:, 0], sensor.predict(data).position[0], rtol=0, atol=1e-11
+    )
+
+
+@needs_compiler
+@pytest.mark.parametrize(("name", "bounded"), [*((name, True) for name in SENSORS), ("PTX", False)])
+def test_c_bridges_lost_samples_as_the_stream_does(trained, name, bounded, tmp_path):
+    sensor = trained[name] if bounded else trained[name].sensor
+    run = load_clutch("20C_step_b").crop(300, 620).experiments[0]
+    names = [signal.name for signal in sensor.trained_on.inputs]
+    samples = np.stack([run.values[n] for n in names], axis=1)
+    generator = np.random.default_rng(11)
+    samples[1:][generator.random((319, len(names))) < 0.1] = np.nan
+    samples[200:230] = np.nan  # longer than the window
+    stream = sensor.stream()
+    said = [stream.update(0.002 * k, **dict(zip(names, row, strict=True))) for k, row in enumerate(samples)]
+    expected = np.array([(now.position, now.lower, now.upper) for now in said])
+    np.testing.assert_allclose(
+        compiled(sensor, tmp_path)(samples), expected, rtol=0, atol=1e-12 * max(1.0, np.abs(expected).max())
     )
 
 
