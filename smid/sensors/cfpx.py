@@ -172,8 +172,9 @@ class Chebyshev(Block):
         first, second = _derivatives(self.coefficients)
         size = len(self.coefficients)
         tables = [
-            f"static const ball {table}_{what}[{len(some)}] = {{{', '.join(c_ball(some[k]) for k in range(len(some)))}}};"
-            for what, some in (("value", Balls.exact(self.coefficients)), ("slope", first))
+            f"static const ball {table}_{what}[{len(some)}] = {{{', '.join(some)}}};"
+            for what, balls in (("value", Balls.exact(self.coefficients)), ("slope", first))
+            for some in ([c_ball(balls[k]) for k in range(len(balls))],)
         ]
         x, ends = signals[0], list[str]()
         for end in ("lower", "upper"):

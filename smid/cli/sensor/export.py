@@ -17,8 +17,8 @@ from smid.sensors import export_c
 def export(sensor: str, source: str) -> None:
     """Write a sensor as C99: a source file, and its header beside it.
 
-    SENSOR is a file that smid sensor train --save wrote. The code allocates nothing, and does the same operations at
-    each update. The header says which inputs it takes, in which units.
+    SENSOR is a file that smid sensor train --save wrote. The code allocates nothing, bridges lost samples, and
+    does a bounded number of operations at each update. The header says which inputs it takes, in which units.
     """
     check_writable(source)
     written = export_c(load_sensor(sensor), source)
