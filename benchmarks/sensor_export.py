@@ -75,7 +75,8 @@ def exported(sensor: BoundedSensor) -> str:
             took = np.concatenate(times)
             lines.append(
                 f"C99, {100 * share:.0f} % lost: {count} samples compared, largest difference "
-                f"{max(differences):.2g} mm. One update, with the reading of the clock: median {np.median(took):.0f} ns, 99.9 % within "
+                f"{max(differences):.2g} mm.\n"
+                f"One update, with the reading of the clock: median {np.median(took):.0f} ns, 99.9 % within "
                 f"{np.quantile(took, 0.999) / 1e3:.1f} us, worst {took.max() / 1e3:.1f} us."
             )
     return "\n".join(lines)

@@ -38,6 +38,7 @@ from smid.sensors.program import Block, Code, Program
 from smid.sensors.ranges import Range
 from smid.sensors.sensor import VirtualSensor, trained
 from smid.sensors.stream import Stream
+from smid.sensors.tensor import Tensor
 from smid.sensors.trained_on import TrainedOn
 
 __all__ = ["BoundedSensor", "IntervalPrediction", "bound_error"]
@@ -46,6 +47,7 @@ KNOTS = 7
 MEMORY = 0.8  # the pole of the speed: five samples
 MARGIN = 0.3
 SLACK = 1e-14
+INT64 = 7  # the type's number in ONNX
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -218,6 +220,22 @@ class HalfWidth(Block):
         speeds = np.asarray(recent) * (1.0 + np.array([-SLACK, SLACK]))
         after = Range(np.array([now.lower, speeds[0]]), np.array([now.upper, speeds[1]]))
         return Range(np.asarray(least), np.asarray(most)), after
+
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the interpolation and the speed; see `Block.onnx`."""
+        graph, x = memory.graph, signals[0]
+        step = graph.add("Abs", x - memory[:1].begun(x))
+        speed = step + MEMORY * (memory[1:2].begun(0.0) - step)
+        held = x.clip(float(self.knots[0]), float(self.knots[-1]))
+        # The number of the inner knots that x has reached is the place of its line.
+        reached = graph.add("Cast", graph.add("GreaterOrEqual", held, self.knots[1:-1]), to=INT64)
+        place = graph.add("ReduceSum", reached, np.array([0], dtype=np.int64), keepdims=1)
+        heights = self.weights[:-1]
+        tables = (np.diff(heights) / np.diff(self.knots), self.knots[:-1], heights[:-1])
+        slope, knot, height = (graph.add("Gather", table, place) for table in tables)
+        shape = slope * (held - knot) + height
+        half = (1.0 + self.margin) * (shape + float(self.weights[-1]) * speed)
+        return half, graph.join(x, speed)
 
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return numpy's interpolation and the speed; see `Block.code`."""

@@ -29,6 +29,7 @@ from smid.sensors.curve import cells_of
 from smid.sensors.program import CELLS, Block, Code, Program
 from smid.sensors.ranges import Range
 from smid.sensors.sensor import VirtualSensor, require_training_data, trained
+from smid.sensors.tensor import Tensor
 from smid.sensors.trained_on import TrainedOn
 
 __all__ = ["CFPX", "scale_pressure"]
@@ -141,6 +142,17 @@ class Chebyshev(Block):
         value = _clenshaw(Balls.exact(self.coefficients), middle)
         found = Range.of(value + Balls(np.zeros_like(spread), spread))
         return Range(found.lower.min(), found.upper.max()), memory
+
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:
+        """Return Clenshaw's recursion in the order of numpy; see `Block.onnx`."""
+        low, high = self.pressure_range
+        x = (signals[0].clip(low, high) - 0.5 * (low + high)) / (0.5 * (high - low))
+        c = self.coefficients.tolist()
+        c += [0.0] * (len(c) == 1)
+        c0, c1 = x.graph.tensor(c[-2]), x.graph.tensor(c[-1])
+        for k in range(len(c) - 3, -1, -1):
+            c0, c1 = x.graph.tensor(c[k]) - c1, c0 + c1 * (2.0 * x)
+        return c0 + c1 * x, memory
 
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return Clenshaw's recursion in the order of numpy; see `Block.code`."""

@@ -21,6 +21,7 @@ from relaxations.algebra.ball_arithmetic import EPSILON, TINY, Balls
 from smid.networks import TanhNetwork
 from smid.sensors.program import CELLS, Block, Code
 from smid.sensors.ranges import Range
+from smid.sensors.tensor import Tensor
 
 __all__ = ["NetworkBlock", "cells_of"]
 
@@ -91,6 +92,15 @@ class NetworkBlock(Block):
             delta = delta * (Balls.exact(np.ones_like(square.mid)) - square)
             delta = _affine(weights.T, np.zeros(weights.shape[1]), delta)
         return value, delta
+
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the layers; see `Block.onnx`."""
+        graph = memory.graph
+        value = graph.join(*signals)
+        *hidden, (matrix, bias) = self.network.layers()
+        for weights, biases in hidden:
+            value = graph.add("Tanh", graph.add("MatMul", weights, value) + graph.tensor(biases))
+        return graph.add("MatMul", matrix, value) + graph.tensor(bias), memory
 
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return the layers as loops over tables, with the terms of each sum in the order of `TanhNetwork`."""

@@ -10,6 +10,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from smid.sensors.program import Block, Code, both_ends
 from smid.sensors.ranges import Range, joined
+from smid.sensors.tensor import Tensor
 
 __all__ = ["Delay"]
 
@@ -33,6 +34,11 @@ class Delay(Block):
         """Return the delayed range; see `Block.enclose`."""
         line = joined([memory, signals[0][None]])
         return line[0], line[1:]
+
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the delayed sample, and the last ones; see `Block.onnx`."""
+        line = memory.begun(signals[0]).graph.join(memory.begun(signals[0]), signals[0])
+        return line[:1], line[1 : self.samples + 1]
 
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return a shift of the memory; see `Block.code`."""

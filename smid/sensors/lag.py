@@ -24,6 +24,7 @@ from relaxations.algebra.ball_arithmetic import Balls
 from smid.sensors.c_ranges import c_range
 from smid.sensors.program import Block, Code
 from smid.sensors.ranges import Range
+from smid.sensors.tensor import Tensor
 
 __all__ = ["Lag", "lag", "lag_derivatives"]
 
@@ -125,6 +126,16 @@ class Lag(Block):
         rate = -(Balls.exact(self.slope) * (warmth.balls - Balls.exact(self.reference)))
         tau = Balls.exact(self.time_constant) * Range.of(rate).exp().balls
         return Range.of(-(Balls.exact(self.sampling_time) / tau)).exp()
+
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the lagged signal; see `Block.onnx`."""
+        signal, before = signals[0], memory.begun(signals[0])
+        if len(signals) > 1:
+            tau = self.time_constant * (-self.slope * (signals[1] - self.reference)).exp()
+            lagged = signal + (tau.graph.tensor(-self.sampling_time) / tau).exp() * (before - signal)
+        else:
+            lagged = signal + float(self.pole(np.asarray(self.reference))) * (before - signal)
+        return lagged, lagged
 
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return the recursion; see `Block.code`."""

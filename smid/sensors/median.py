@@ -21,6 +21,7 @@ from smid.data import DataError
 from smid.models import ModelError
 from smid.sensors.program import Block, Code, both_ends
 from smid.sensors.ranges import Range, joined
+from smid.sensors.tensor import Tensor
 
 __all__ = ["Median", "RunningMedian", "centred_median", "check_order", "check_record"]
 
@@ -129,6 +130,10 @@ class Median(Block):
         """Return the medians of lower and upper bounds; see `Block.enclose`."""
         window = joined([memory, signals[0][None]])[-self.order :]
         return Range(*(np.asarray(np.median(end)) for end in (window.lower, window.upper))), window
+
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:  # noqa: ARG002
+        """Refuse: the window grows until it is full; see `Block.onnx`."""
+        raise ModelError("ONNX cannot hold the growing window of a median: export C, or a sensor without the filter")
 
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return a ring of samples and their sorted copy; see `Block.code`."""

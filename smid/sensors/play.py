@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from relaxations.algebra.arrays import Array
 from smid.sensors.program import Block, Code, both_ends
 from smid.sensors.ranges import Range
+from smid.sensors.tensor import Tensor
 
 __all__ = ["Play", "Pushed", "play"]
 
@@ -114,6 +115,11 @@ class Pushed(Block):
             np.where(found.upper == memory.upper[0], found.upper, moved.upper),
         )
         return found, found[None]
+
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the position; see `Block.onnx`."""
+        position = memory.begun(signals[0]).clip(signals[0] - self.threshold, signals[0] + self.threshold)
+        return position, position
 
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return the two clips; see `Block.code`."""

@@ -19,6 +19,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from smid.models import ModelError
 from smid.sensors.ranges import Range
+from smid.sensors.tensor import Tensor
 
 __all__ = ["Block", "Code", "Memory", "Program", "Samples", "Step", "both_ends"]
 
@@ -121,6 +122,16 @@ class Block(ABC):
             If C cannot hold the block.
         """
         raise ModelError(f"{type(self).__name__} cannot be exported to C: give the class a method range_code")
+
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:  # noqa: ARG002
+        """Return the next value and the memory after it, as `advance`; a memory that is NaN is at rest.
+
+        Raises
+        ------
+        ModelError
+            If ONNX cannot hold the block.
+        """
+        raise ModelError(f"{type(self).__name__} cannot be exported to ONNX: export C, or give the class a method onnx")
 
 
 def both_ends(block: Block, name: str, signals: Sequence[str]) -> Code:

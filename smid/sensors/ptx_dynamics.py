@@ -23,6 +23,7 @@ from smid.sensors.c_ranges import c_ball
 from smid.sensors.lag import Lag
 from smid.sensors.program import Block, Code
 from smid.sensors.ranges import Range
+from smid.sensors.tensor import Tensor
 
 __all__ = ["Acting", "Dynamics"]
 
@@ -146,6 +147,17 @@ class Acting(Block):
                 f"times(exact({numbers.shift_slope!r}), warmth)));",
             ]
         return Code("{ " + "\n  ".join(lines) + " }")
+
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the formula; see `Block.onnx`."""
+        numbers, (smoothed, *others) = self.dynamics, signals
+        free = smoothed
+        for w, r, h in zip(numbers.forces, numbers.thresholds, others, strict=False):
+            free = free - w * ((smoothed - h) / r)
+        if len(others) == len(numbers.thresholds):
+            return free, memory
+        warmth = others[-1] - numbers.reference
+        return (numbers.gain_slope * warmth).exp() * free + numbers.shift_slope * warmth, memory
 
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return the formula; see `Block.code`."""

@@ -19,6 +19,7 @@ from smid.sensors import (
     MedianFiltered,
     bound_error,
     export_c,
+    export_onnx,
     trained_range,
 )
 
@@ -137,6 +138,31 @@ def test_what_c_cannot_hold(trained, tmp_path):
     broken = replace(trained["CFPX"].sensor, coefficients=np.array([1.0, np.inf]))
     with pytest.raises(ModelError, match="a number of the sensor is inf, which C cannot hold"):
         export_c(broken, tmp_path / "sensor.c")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", [name for name in SENSORS if name not in ("median", "both")])
+def test_onnx_says_what_predict_says(trained, name, tmp_path):
+    onnxruntime = pytest.importorskip("onnxruntime", reason="no ONNX runtime: pip install onnxruntime")
+    data = load_clutch("20C_step_b").crop(300, 900)
+    for sensor in (trained[name], trained[name].sensor):
+        session = onnxruntime.InferenceSession(export_onnx(sensor, tmp_path / "sensor.onnx").read_bytes())
+        memory = np.full(session.get_inputs()[1].shape, np.nan)
+        found = []
+        for row in np.stack([data.values(s.name) for s in sensor.trained_on.inputs], axis=1):
+            y, memory = session.run(None, {"u": row, "memory": memory})
+            found.append(y)
+        said = sensor.predict(data)
+        ends = [said.lower[0], said.upper[0]] if sensor is trained[name] else []
+        expected = np.stack([said.position[0], *ends], axis=1)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * max(1.0, np.abs(expected).max()))
+
+
+def test_what_onnx_cannot_hold(trained, tmp_path):
+    with pytest.raises(ModelError, match="ONNX cannot hold the growing window of a median: export C"):
+        export_onnx(trained["median"], tmp_path / "sensor.onnx")
+    with pytest.raises(DataError, match=r"ends in \.onnx"):
+        export_onnx(trained["PX"], tmp_path / "sensor.txt")
     assert list(tmp_path.iterdir()) == []
 
 
