@@ -199,6 +199,7 @@ class HammersteinStudy(Chapter):
             "with the printed parameters.",
             self.runs,
             Drawing(self.runs.plot, "RMSE of the free runs, by model and record."),
+            Drawing(self._steps_figure, "HS20 on all records; on steps as in figures 3.5 and 3.6 of the thesis."),
         )
         yield Topic(
             "What the thesis prints, and certified intervals",
@@ -213,6 +214,11 @@ class HammersteinStudy(Chapter):
         from smid.identification.figures import intervals_figure
 
         return intervals_figure(self.estimate)
+
+    def _steps_figure(self) -> Figure:
+        from smid.theses.clutch.hammerstein.figures import validation_figure
+
+        return validation_figure(self.runs.validations[ON_STEPS])
 
     def plot(self) -> Figure:
         """Draw the central model's free runs over all records: figures 3.3 and 3.4 of the thesis."""
