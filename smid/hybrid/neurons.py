@@ -30,7 +30,10 @@ from smid.models import ModelError
 from smid.models.errors import refuse_unknown
 from smid.networks import nguyen_widrow, weight_count
 
-__all__ = ["NEURONS", "Neuron", "refuse_neuron"]
+__all__ = ["NEURONS", "RECURRENT", "Neuron", "refuse_neuron"]
+
+RECURRENT = "recurrent"
+"""Topology of neurons that are fed back: their weights start at random, not at zero."""
 
 _OVERLAP = 0.7
 
