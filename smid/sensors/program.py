@@ -5,7 +5,7 @@ samples were lost, certified ranges over the trained inputs, and C. A block of s
 result to the last bit.
 
 To add a block, subclass `Block` as a frozen dataclass with `rest` and `advance`. With `enclose` it bridges lost
-samples, with `code` it can be exported.
+samples, with `code` and `range_code` it can be exported to C, with `onnx` to ONNX.
 """
 
 from __future__ import annotations
