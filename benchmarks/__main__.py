@@ -6,7 +6,7 @@ from pathlib import Path
 
 from benchmarks.pages import write
 
-NAMES = ("stamping", "beside_scip", "order_two", "diagnosis", "recursive")
+NAMES = ("stamping", "beside_scip", "order_two", "diagnosis", "recursive", "sensor_export")
 HEAD = """# Benchmarks
 
 Each section compares smid with another tool, or with another method, in the same run. The bounds of smid are certified.

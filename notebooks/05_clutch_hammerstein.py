@@ -94,6 +94,6 @@ study.widths.plot()
 print(study.conclusion)
 
 # %% [markdown]
-# **Try next:** another part of the record (`PART`), or your own record: `hammerstein_study` calls `error_bound`,
-# `identify` and `validate`. [Diagnosis](08_diagnosis_simulated.ipynb) shows how to find the reason for a misfit like
+# **Try next:** another part of the record (`PART`), or your own record: `smid phases` does the three phases for
+# any record. [Diagnosis](08_diagnosis_simulated.ipynb) shows how to find the reason for a misfit like
 # the one on the steps. Then: [the same plant, sample by sample](05b_clutch_recursive.ipynb).

@@ -43,6 +43,14 @@ print(study.gains)
 study.gains.plot()
 
 # %% [markdown]
+# The unnormalised gradient at all gains, on the record of figure 3.11. The thesis found it useless for all gains. Here
+# the best gain is hardly better one step ahead than holding the last pressure, and gain 1 diverges.
+
+# %%
+print(study.unnormalised)
+study.unnormalised.plot()
+
+# %% [markdown]
 # ## Recursive set membership, the thesis's first proposal
 #
 # At every sample smid updates a certified outer set of the parameters. If the set becomes empty, no constant

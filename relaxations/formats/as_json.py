@@ -18,6 +18,7 @@ from relaxations.algebra.polynomial import Polynomials, padded
 from relaxations.errors import ProblemError
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.problem.statement import listed, statement
+from relaxations.writing import write_text
 
 FORMAT = "relaxations problem"
 VERSION = 1
@@ -45,7 +46,7 @@ def write_json(path: str | Path, problem: PolynomialProblem, objective: Polynomi
         **statement(problem),
         "objective": None if objective is None else listed(objective)[0],
     }
-    Path(path).write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    write_text(path, json.dumps(document, indent=1) + "\n")
 
 
 def read_json(path: str | Path) -> tuple[PolynomialProblem, Polynomials | None]:

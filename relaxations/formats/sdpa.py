@@ -26,6 +26,7 @@ from relaxations.errors import ProblemError
 from relaxations.formats.files import parsed
 from relaxations.moments.conic import Cones, ConicProgram
 from relaxations.solvers import ConicSolution, solve
+from relaxations.writing import write_bytes
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?")
 _PUNCTUATION = str.maketrans(",(){}=", "      ")
@@ -215,7 +216,7 @@ def write_sdpa(path: str | Path, problem: SDPProblem) -> None:
     for k in order.tolist():
         place = f"{problem.matrix[k]} {problem.block[k] + 1} {problem.row[k] + 1} {problem.column[k] + 1}"
         lines.append(f"{place} {float(problem.value[k])!r}")
-    Path(path).write_text("\n".join(lines) + "\n", encoding="ascii", errors="replace")
+    write_bytes(path, ("\n".join(lines) + "\n").encode("ascii", errors="replace"))
 
 
 def read_sdpa(path: str | Path) -> SDPProblem:

@@ -20,6 +20,7 @@ from relaxations.problem.statement import listed, statement
 from relaxations.proof.file_places import Places
 from relaxations.proof.file_steps import written_step
 from relaxations.proof.proof_steps import Fixed, Hull, Kinks, Quotient, Reach, Sides, Step
+from relaxations.writing import write_text
 
 
 def write_certificate(
@@ -112,7 +113,7 @@ def write_content(path: str | Path, content: Mapping[str, Any]) -> None:
             f"the steps do not prove what they claim ({refusal}): give each the objective that its certificate was "
             "made for (zero for an empty set), and the steps that contracted the box"
         ) from None
-    Path(path).write_text(json.dumps(content, separators=(",", ":")) + "\n", encoding="utf-8")
+    write_text(path, json.dumps(content, separators=(",", ":")) + "\n")
 
 
 def _until_empty(steps: Sequence[Step]) -> Sequence[Step]:

@@ -13,6 +13,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path, PurePath
 from typing import Any
 
+from relaxations.writing import write_bytes
 from smid.app.steps import PRODUCED, STEPS, code_of
 from smid.app.worker import work
 from smid.data import DataError
@@ -76,7 +77,7 @@ class Session:
         plain = PurePath(name.replace("\\", "/")).name
         if not plain or plain.startswith(".") or PurePath(plain).suffix.lower() in _NO_RECORD:
             raise DataError(f"{name!r} is not a record: give a text file of columns, .npz, .mat, .xlsx or .parquet")
-        (self.folder / plain).write_bytes(content)
+        write_bytes(self.folder / plain, content)
         return plain
 
     async def run(self, step: str, fields: Mapping[str, str]) -> AsyncIterator[dict[str, Any]]:

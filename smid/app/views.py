@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from relaxations.search.enclosure import Reason
+from relaxations.writing import write_text
 from smid.app.model_forms import own_model_text
 from smid.data import Dataset
 from smid.data.overview import Overview
@@ -26,7 +27,6 @@ from smid.reports.estimate_page import empty_report, estimate_page, run_blocks
 from smid.reports.html import as_fragment
 from smid.reports.page import capitalised, data_section, equations, priors
 from smid.reports.residuals_page import residuals_page
-from smid.reports.writing import write_text
 
 __all__ = ["Answer", "answer", "empty_answer"]
 

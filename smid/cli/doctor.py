@@ -34,6 +34,7 @@ EXTRAS = {
     "parquet": (("pyarrow",), "Parquet files"),
     "xarray": (("xarray",), "records as labelled arrays"),
     "dask": (("dask", "distributed"), "studies on a cluster"),
+    "onnx": (("onnx",), "export_onnx, virtual sensors as ONNX"),
     "scs": (("scs",), "the solver SCS"),
     "sdpa": (("sdpap",), "the solver SDPA, under the GPL"),
     "notebooks": (("jupytext", "nbconvert", "ipykernel"), "make notebooks"),

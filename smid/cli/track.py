@@ -15,7 +15,7 @@ from smid.cli.loading import load_record
 from smid.cli.options import POSITIVE, NoiseBound, Record, option, read_known_bounds, takes
 from smid.cli.outputs import Outputs, writes
 from smid.cli.stream import Stream
-from smid.data import Dataset
+from smid.data import DataError, Dataset
 from smid.models.parts import plain_name
 from smid.recursive.arx import Arx
 from smid.recursive.set_membership import RecursiveSet
@@ -128,13 +128,14 @@ def track(record: Record, structure: Structure, tracked: Tracked, outputs: Outpu
     DATA is the record (a CSV file), or - for a stream of comma-separated lines on standard input, with a header line.
     """
     live = sys.stderr.isatty() if tracked.live is None else tracked.live
+    errors = list[DataError]()
     if record.path == "-":
-        found = _of_stream(record, structure, tracked, live)
+        found = _of_stream(record, structure, tracked, live, errors)
     else:
         data = load_record(record, None)
         data = _chosen(data)
         estimator = _estimator(data.inputs, structure, tracked, _wide(data, structure))
-        samples = _followed(estimator, samples_of(data), tracked, live)
+        samples = _followed(estimator, samples_of(data), tracked, live, errors)
         found = TrackedSet.of(data, estimator, samples)
     outputs.say(found)
     outputs.write(study_document("track", found.to_dict()))
@@ -149,6 +150,8 @@ def track(record: Record, structure: Structure, tracked: Tracked, outputs: Outpu
         + (f"every {tracked.refine_every} samples" if tracked.refine_every else "at the end"),
     }
     outputs.write_report(lambda path: write_page(track_page(found, settings), path))
+    if errors:
+        raise DataError(f"{errors[0]}. The result is that of the {len(found.history.lower)} samples before.")
 
 
 def _chosen(data: Dataset) -> Dataset:
@@ -189,16 +192,21 @@ def _wide(data: Dataset, structure: Structure) -> dict[str, Range]:
     return dict(zip(arx.names[structure.poles :], found, strict=True))
 
 
-def _followed(estimator: RecursiveSet, samples: Iterable[Sample], tracked: Tracked, live: bool) -> list[Sample]:
-    view = LiveIntervals(draws=live)
+def _followed(
+    estimator: RecursiveSet, samples: Iterable[Sample], tracked: Tracked, live: bool, errors: list[DataError]
+) -> list[Sample]:
+    """Return the samples that were followed; an error after the first one ends them, and is kept."""
+    view, every = LiveIntervals(draws=live), tracked.refine_every
     try:
-        return follow(estimator, samples, every=tracked.refine_every, pieces=tracked.pieces, show=view)
+        return follow(estimator, samples, every=every, pieces=tracked.pieces, show=view, ended=errors.append)
     finally:
         view.close()
 
 
-def _of_stream(record: Record, structure: Structure, tracked: Tracked, live: bool) -> TrackedSet:
-    """Follow standard input until it ends, or until Ctrl-C."""
+def _of_stream(
+    record: Record, structure: Structure, tracked: Tracked, live: bool, errors: list[DataError]
+) -> TrackedSet:
+    """Follow standard input until it ends, or until Ctrl-C or an error."""
     columns = record.columns
     if not columns.input or len(columns.output) != 1:
         raise click.UsageError("a stream needs --input U and one --output Y, as its header line names them")
@@ -207,7 +215,7 @@ def _of_stream(record: Record, structure: Structure, tracked: Tracked, live: boo
     stream = Stream(sys.stdin, columns.input, columns.output[0], columns.time, columns.sampling_time)
     names = [plain_name(name) for name in columns.input]
     estimator = _estimator(names, structure, tracked, {})
-    samples = _followed(estimator, stream, tracked, live)
+    samples = _followed(estimator, stream, tracked, live, errors)
     table = np.array([[*sample.inputs, sample.output] for sample in samples])
     channels = dict(zip([*names, plain_name(columns.output[0])], table.T, strict=True))
     run = Dataset.from_arrays(

@@ -410,8 +410,8 @@ class Dataset(Result):
         Parameters
         ----------
         method
-            "unit" maps each range onto [-1, 1], "standard" gives mean 0 and standard deviation 1. The record of another
-            data set applies the same maps, as validation data need it.
+            "unit" maps each range onto [-1, 1], "share" onto [0, 1], "standard" gives mean 0 and standard deviation 1.
+            The record of another data set applies the same maps, as validation data need it.
 
         Examples
         --------

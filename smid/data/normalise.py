@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from smid.data.errors import DataError
 
-NormalisationMethod = Literal["unit", "standard"]
+NormalisationMethod = Literal["unit", "share", "standard"]
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,8 @@ class Normalisation:
     Parameters
     ----------
     method
-        "unit" maps the measured range onto [-1, 1]; "standard" gives mean 0 and standard deviation 1.
+        "unit" maps the measured range onto [-1, 1], "share" onto [0, 1]; "standard" gives mean 0 and standard
+        deviation 1.
     offset, scale
         Per channel, in its original unit; every scale is positive.
     units
@@ -56,8 +57,8 @@ def measure_normalisation(
     DataError
         If the method is unknown.
     """
-    if method not in ("unit", "standard"):
-        raise DataError(f"unknown normalisation {method!r}; choose 'unit' or 'standard'")
+    if method not in get_args(NormalisationMethod):
+        raise DataError(f"unknown normalisation {method!r}; choose 'unit', 'share' or 'standard'")
     offset: dict[str, float] = {}
     scale: dict[str, float] = {}
     for name, array in values.items():
@@ -65,6 +66,8 @@ def measure_normalisation(
         if method == "unit":
             # Halves before the sum: the sum of two huge samples could overflow.
             offset[name], spread = 0.5 * lowest + 0.5 * highest, 0.5 * highest - 0.5 * lowest
+        elif method == "share":
+            offset[name], spread = lowest, highest - lowest
         else:
             offset[name], spread = float(np.nanmean(array)), float(np.nanstd(array))
         scale[name] = spread if highest > lowest and spread > 0 else 1.0

@@ -20,6 +20,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator, FuncFormatter
 
+from relaxations.writing import write_bytes
+
 # Okabe and Ito's colours differ for every common kind of colour blindness.
 BLUE, ORANGE, GREEN, RED, SKY = "#0072b2", "#e69f00", "#009e73", "#d55e00", "#56b4e9"
 INK, GRID, SHADE = "#222222", "#c8c8c8", "#e6e6e6"
@@ -117,7 +119,9 @@ def save_svg(figure: Figure, path: str | PathLike[str]) -> None:
     prepare(figure)
     with style():
         matplotlib.rcParams["svg.hashsalt"] = "smid"
-        figure.savefig(path, format="svg", metadata={"Date": None})
+        buffer = io.BytesIO()
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    write_bytes(path, buffer.getvalue())
 
 
 class _TicksOfUnit(AutoLocator):

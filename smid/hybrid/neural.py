@@ -24,9 +24,8 @@ import sympy
 from numpy.typing import ArrayLike
 
 from relaxations.algebra.arrays import Array
-from smid.hybrid.neurons import NEURONS
+from smid.hybrid.neurons import NEURONS, refuse_neuron
 from smid.models import Model, ModelError, Parameter
-from smid.models.errors import refuse_unknown
 from smid.models.symbols import as_written, canonical, number, rewritten, unevaluated
 from smid.networks import Scaling, TanhNetwork, fold
 
@@ -48,7 +47,7 @@ class NeuralTerm:
     limit
         Box of each hidden weight: [-limit, limit], for scaled inputs. The weights of the output have no box.
     neuron
-        "tanh", "logistic" or "radial".
+        "tanh", "logistic", "linear", "relu", "softplus" or "radial".
     centre, half_range
         Of each input, in its unit; empty for 0 and 1.
     unit
@@ -89,7 +88,7 @@ class NeuralTerm:
             )
         if not (math.isfinite(self.limit) and self.limit > 0):
             raise ModelError(f"limit = {self.limit} is not valid: give a positive number as the largest weight")
-        refuse_unknown("neuron", [self.neuron], NEURONS)
+        refuse_neuron(self.neuron)
         if len(self.hidden) > NEURONS[self.neuron].most_layers:
             raise ModelError(f"{self.neuron} neurons in {len(self.hidden)} hidden layers: give one layer, or tanh")
         ends = (*self.centre, *self.half_range, self.unit)

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from smid.data import Dataset
 from smid.fitting.fit import Fitting, prediction
 from smid.hybrid.hybrid_model import HybridModel
-from smid.hybrid.neurons import NEURONS
+from smid.hybrid.neurons import NEURONS, RECURRENT
 from smid.hybrid.problem import output_slopes
 from smid.hybrid.trained_range import network_inputs
 from smid.models import Model, ModelError
+from smid.networks import nguyen_widrow
 
 __all__ = ["ahead_of", "first_principles", "has_sensor_curve", "hidden_weights", "scaled"]
 
@@ -100,6 +101,9 @@ def hidden_weights(hybrid: HybridModel, generator: np.random.Generator) -> dict[
     found: dict[str, float] = {}
     for placed in hybrid.networks:
         term = placed.term
+        if placed.topology == RECURRENT:
+            weights = nguyen_widrow((len(term.inputs), 1), generator).weights[: len(term.parameters)]
+            found |= dict(zip((parameter.name for parameter in term.parameters), weights.tolist(), strict=True))
         if not term.hidden:
             continue
         weights = NEURONS[term.neuron].start(term.sizes, generator)

@@ -14,6 +14,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from relaxations.writing import write_text
 from smid.models.armax import Armax
 from smid.models.errors import ModelError, refuse_unknown
 from smid.models.errors_in_variables import ErrorsInVariables
@@ -249,8 +250,7 @@ def save_model(model: Model, path: str | PathLike[str]) -> Path:
             lines += [f"{name} = [", *(f"    {_toml(item)}," for item in value), "]"]
         else:
             lines.append(f"{name} = {_toml(value)}")
-    Path(path).write_text("\n".join([*lines, *tables]) + "\n", encoding="utf-8")
-    return Path(path)
+    return write_text(path, "\n".join([*lines, *tables]) + "\n")
 
 
 def _toml(value: Any) -> str:

@@ -41,7 +41,6 @@ VALUE = sympy.Symbol("value", real=True)
 """The argument of a sensor's inverse curve: the measured value without its noise."""
 
 
-@lru_cache(maxsize=4096)
 def signal(name: str) -> sympy.IndexedBase:
     """Return the signal of that name, to be indexed by time as in ``signal("w")[t - 1]``.
 

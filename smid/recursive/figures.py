@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import zip_longest
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,7 +15,7 @@ from smid.recursive.comparison import Comparison
 from smid.recursive.gain_study import GainStudy
 from smid.recursive.tracking import Tracking
 
-__all__ = ["comparison_figure", "gain_figure", "tracking_figure"]
+__all__ = ["comparison_figure", "gain_figure", "traces_figure", "tracking_figure"]
 
 _KINDS = (("free run", ORANGE, "s"), ("one step ahead", BLUE, "o"), ("a posteriori", GREEN, "v"))
 _PARAMETERS = (BLUE, ORANGE, GREEN, RED, SKY)
@@ -58,6 +60,34 @@ def tracking_figure(tracking: Tracking) -> Figure:
             axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), markerscale=5)
         figure.align_ylabels()
         figure.suptitle(f"{tracking.method} on {tracking.record}", fontsize=9)
+    return figure
+
+
+def traces_figure(trackings: Sequence[Tracking], title: Literal["method", "record"]) -> Figure:
+    """Draw the measured output, the output after each update and the free run, one panel for each tracking.
+
+    The axis of a panel covers the measured range, even if the free run leaves it.
+    """
+    rows = -(-len(trackings) // 2)
+    with style():
+        figure = Figure(figsize=(1.5 * WIDTH, 0.6 + 1.5 * rows), layout="constrained")
+        panels = figure.subplots(rows, 2, squeeze=False).ravel()
+        for axes, tracking in zip(panels, trackings, strict=False):
+            time, measured = tracking.data.time(tracking.experiment), tracking.measured
+            after = measured - tracking.a_posteriori.samples
+            axes.plot(time, measured, color=INK, linewidth=2.0, alpha=0.3, label="measured")
+            axes.plot(time, tracking.frozen.output, color=ORANGE, linewidth=0.8, label="free run")
+            axes.plot(time, after, color=GREEN, linewidth=0.6, label="after the update")
+            reach = 0.2 * (float(np.ptp(measured)) or 1.0)
+            axes.set_ylim(float(measured.min()) - reach, float(measured.max()) + reach)
+            axes.set_title(str(tracking.method if title == "method" else tracking.record), loc="left")
+            _finish(axes)
+        for axes in panels[len(trackings) :]:
+            axes.set_axis_off()
+        figure.supxlabel("time [s]", fontsize=8)
+        figure.supylabel(f"{trackings[0].data.output}{_bracket(trackings[0].unit)}", fontsize=8)
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=3)
     return figure
 
 

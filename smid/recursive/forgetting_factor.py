@@ -12,7 +12,7 @@ excitation causes a large parameter error. The forgotten information is therefor
     R[t] = lambda R[t-1] + (1 - lambda) R[0] + phi[t] phi[t]',   R[0] = spread^-2
 
 Hence ``P <= P[0]`` at every sample and in every direction. Excited directions are forgotten as in (3.31), which a bound
-on the trace of P would not ensure. The parameters after sample t minimise
+on the trace of P would not ensure. ``stabilised=False`` is (3.31) as printed. The parameters after sample t minimise
 
     sum_k lambda^(t-k) ((y[k] - phi[k]' theta)^2 + (1 - lambda) |theta - theta[k-1]|^2_R[0])
         + lambda^t |theta - theta[0]|^2_R[0]
@@ -52,7 +52,9 @@ class ForgettingFactor(Method):
         lambda, in (0, 1]. With 1 nothing is forgotten, and the result equals batch least squares.
     spread
         Standard deviation of the parameters at the start, for noise of standard deviation one; one for all or one for
-        each.  ``P[0]`` is its square, and P never exceeds ``P[0]``.
+        each.  ``P[0]`` is its square, and P never exceeds ``P[0]`` if it is stabilised.
+    stabilised
+        Whether forgotten information is replaced; if not, (3.31) as printed, which winds up without excitation.
 
     Raises
     ------
@@ -67,6 +69,7 @@ class ForgettingFactor(Method):
 
     factor: float = 0.995
     spread: Deviation = 100.0
+    stabilised: bool = True
 
     def __post_init__(self) -> None:
         if not 0 < self.factor <= 1:
@@ -79,8 +82,10 @@ class ForgettingFactor(Method):
 
     def correct(self, memory: Array, phi: Array) -> tuple[Array, Array]:
         """Return K[t] and the root of R[t]."""
-        replaced = _replaced(self.factor, self.spread, phi.size)
-        root = triangular(np.concatenate((math.sqrt(self.factor) * memory, phi[None], replaced)))
+        rows = [math.sqrt(self.factor) * memory, phi[None]]
+        if self.stabilised:
+            rows.append(_replaced(self.factor, self.spread, phi.size))
+        root = triangular(np.concatenate(rows))
         return dpotrs(root, phi)[0], root
 
     def hold(self, memory: Array, phi: Array, error: float, change: Array, held: Array) -> Array:  # noqa: ARG002
@@ -90,7 +95,7 @@ class ForgettingFactor(Method):
         return np.concatenate([held, change[m:] - slope @ (held - change[:m])])
 
     def __str__(self) -> str:
-        return f"forgetting factor {self.factor:g}"
+        return f"forgetting factor {self.factor:g}{'' if self.stabilised else ', as printed'}"
 
 
 @lru_cache(maxsize=64)

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from smid.data import DataError, Dataset
-from smid.display.result import Part, Tabular, plain
+from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.identification.estimate import round_down, round_up
+from smid.recursive.first_set import steps_of
 from smid.recursive.locate_change import locate_change
 from smid.recursive.set_history import Change, SetHistory
 from smid.recursive.set_membership import RecursiveSet
@@ -156,8 +157,8 @@ class TrackedSet(Tabular):
         return {
             "model": str(estimator.arx),
             "noise_bound": estimator.noise_bound,
-            "input_noise_bound": plain(estimator.input_noise_bound),
-            "drift": plain(estimator.drift),
+            "input_noise_bound": np.broadcast_to(estimator.input_noise_bound, estimator.arx.inputs).tolist(),
+            "drift": dict(zip(history.names, steps_of(estimator.arx, estimator.drift).tolist(), strict=True)),
             "state": estimator.state,
             "first_time": self.first,
             "sampling_time": self.data.sampling_time,
@@ -210,6 +211,7 @@ def follow(
     every: int = 0,
     pieces: int = 64,
     show: Callable[[RecursiveSet, Sample], None] | None = None,
+    ended: Callable[[DataError], None] | None = None,
 ) -> list[Sample]:
     """Update a set with samples, and return them; Ctrl-C while a sample is waited for ends the samples.
 
@@ -221,11 +223,13 @@ def follow(
         As `RecursiveSet.refine` takes it; zero refines nowhere.
     show
         Called after each sample.
+    ended
+        Called with the error of a sample after the first, which then ends the samples. By default it is raised.
 
     Raises
     ------
     DataError
-        If a sample is too large, or there is none.
+        If a sample is refused, or there is none.
 
     Examples
     --------
@@ -239,16 +243,21 @@ def follow(
     (30, 'all 30 samples; refined with sample 29')
     """
     taken: list[Sample] = []
-    for sample in _until_interrupted(samples):
-        if sample.missing:
-            estimator.skip()
-        else:
-            estimator.update(sample.inputs, sample.output)
-        taken.append(sample)
-        if every and pieces and len(taken) % every == 0:
-            estimator.refine(pieces)
-        if show is not None:
-            show(estimator, sample)
+    try:
+        for sample in _until_interrupted(samples):
+            if sample.missing:
+                estimator.skip()
+            else:
+                estimator.update(sample.inputs, sample.output)
+            taken.append(sample)
+            if every and pieces and len(taken) % every == 0:
+                estimator.refine(pieces)
+            if show is not None:
+                show(estimator, sample)
+    except DataError as error:
+        if ended is None or not taken:
+            raise
+        ended(error)
     if not taken:
         raise DataError("there is no sample to follow: check the record, or --start and --stop")
     if pieces and estimator.refined_at != len(taken) - 1:

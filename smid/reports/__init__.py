@@ -1,5 +1,6 @@
 """Reports: figures, and one self-contained page as HTML, PDF, Markdown or JSON."""
 
+from relaxations.writing import check_writable, write_text
 from smid.display.versions import versions
 from smid.reports.estimate_page import data_report
 from smid.reports.formats import check_report
@@ -8,7 +9,6 @@ from smid.reports.load import load
 from smid.reports.overview_page import overview_report
 from smid.reports.pdf import PdfWarning
 from smid.reports.report import report
-from smid.reports.writing import check_writable, write_text
 
 __all__ = [
     "PdfWarning",

@@ -6,11 +6,11 @@ from itertools import count
 from os import PathLike
 from pathlib import Path
 
+from relaxations.writing import check_writable, write_text
 from smid.reports.content import Page, Picture
 from smid.reports.documents import as_text
 from smid.reports.markdown import as_markdown
 from smid.reports.pdf import print_pdf
-from smid.reports.writing import check_writable, write_text
 
 SUFFIXES = (".html", ".pdf", ".md", ".json")
 

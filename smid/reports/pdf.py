@@ -9,7 +9,7 @@ import tempfile
 import warnings
 from pathlib import Path
 
-from smid.reports.writing import write_bytes
+from relaxations.writing import write_bytes
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 TIMEOUT = 60.0  # seconds

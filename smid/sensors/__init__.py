@@ -28,6 +28,7 @@ from smid.sensors.choose import Candidate, SensorTraining, train_sensor
 from smid.sensors.cpx import CPX
 from smid.sensors.dead_zone import DeadZone
 from smid.sensors.export import export_c
+from smid.sensors.export_onnx import export_onnx
 from smid.sensors.files import save_sensor, sensor_from_dict, sensor_to_dict
 from smid.sensors.median_filtered import MedianFiltered
 from smid.sensors.prediction import Prediction
@@ -63,6 +64,7 @@ __all__ = [
     "bound_error",
     "check_sensor",
     "export_c",
+    "export_onnx",
     "save_sensor",
     "sensor_from_dict",
     "sensor_to_dict",

@@ -38,6 +38,7 @@ from smid.sensors.program import Block, Code, Program
 from smid.sensors.ranges import Range
 from smid.sensors.sensor import VirtualSensor, trained
 from smid.sensors.stream import Stream
+from smid.sensors.tensor import Tensor
 from smid.sensors.trained_on import TrainedOn
 
 __all__ = ["BoundedSensor", "IntervalPrediction", "bound_error"]
@@ -46,6 +47,7 @@ KNOTS = 7
 MEMORY = 0.8  # the pole of the speed: five samples
 MARGIN = 0.3
 SLACK = 1e-14
+INT64 = 7  # the type's number in ONNX
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -219,6 +221,22 @@ class HalfWidth(Block):
         after = Range(np.array([now.lower, speeds[0]]), np.array([now.upper, speeds[1]]))
         return Range(np.asarray(least), np.asarray(most)), after
 
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the interpolation and the speed; see `Block.onnx`."""
+        graph, x = memory.graph, signals[0]
+        step = graph.add("Abs", x - memory[:1].begun(x))
+        speed = step + MEMORY * (memory[1:2].begun(0.0) - step)
+        held = x.clip(float(self.knots[0]), float(self.knots[-1]))
+        # The number of the inner knots that x has reached is the place of its line.
+        reached = graph.add("Cast", graph.add("GreaterOrEqual", held, self.knots[1:-1]), to=INT64)
+        place = graph.add("ReduceSum", reached, np.array([0], dtype=np.int64), keepdims=1)
+        heights = self.weights[:-1]
+        tables = (np.diff(heights) / np.diff(self.knots), self.knots[:-1], heights[:-1])
+        slope, knot, height = (graph.add("Gather", table, place) for table in tables)
+        shape = slope * (held - knot) + height
+        half = (1.0 + self.margin) * (shape + float(self.weights[-1]) * speed)
+        return half, graph.join(x, speed)
+
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return numpy's interpolation and the speed; see `Block.code`."""
         x, n = signals[0], self.knots.size
@@ -232,14 +250,36 @@ class HalfWidth(Block):
             update=(
                 f"m[1] = fabs({x} - m[0]) + {MEMORY!r} * (m[1] - fabs({x} - m[0]));\n"
                 f"m[0] = {x};\n"
-                f"{{ int k = 0; while (k < {n - 2} && {x} >= {name}_x[k + 1]) k++;\n"
-                f"  {name} = {x} <= {name}_x[0] ? {name}_y[0] : {x} >= {name}_x[{n - 1}] ? {name}_y[{n - 1}]\n"
-                f"    : {name}_k[k] * ({x} - {name}_x[k]) + {name}_y[k]; }}\n"
+                f"{name} = interpolated({x}, {n}, {name}_x, {name}_y, {name}_k);\n"
                 f"{name} = {1.0 + self.margin!r} * ({name} + {float(self.weights[-1])!r} * m[1]);"
             ),
             constants="\n".join(tables),
             size=2,
             rest=f"m[0] = {x}; m[1] = 0.0;",
+        )
+
+    def range_code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the least and the largest bound; see `Block.range_code`."""
+        x, n = signals[0], self.knots.size
+        table = name.removeprefix("r")
+        half = f"{1.0 + self.margin!r} * (%s + {float(self.weights[-1])!r} * %s) * (1.0 %s {SLACK!r})"
+        return Code(
+            f"{{ double least = interpolated({x}.lower, {n}, {table}_x, {table}_y, {table}_k);\n"
+            f"  double most = interpolated({x}.upper, {n}, {table}_x, {table}_y, {table}_k);\n"
+            "  double shape[2] = {smaller(least, most), larger(least, most)};\n"
+            f"  for (int k = 0; k < {n}; k++)\n"
+            f"    if ({x}.lower < {table}_x[k] && {table}_x[k] < {x}.upper) {{\n"
+            f"      shape[0] = smaller(shape[0], {table}_y[k]);\n"
+            f"      shape[1] = larger(shape[1], {table}_y[k]);\n"
+            "    }\n"
+            f"  least = larger(0.0, larger({x}.lower - high[0], low[0] - {x}.upper));\n"
+            f"  most = larger({x}.upper - low[0], high[0] - {x}.lower);\n"
+            f"  low[1] = {MEMORY!r} * low[1] + {1.0 - MEMORY!r} * least;\n"
+            f"  high[1] = {MEMORY!r} * high[1] + {1.0 - MEMORY!r} * most;\n"
+            f"  {name}.lower = {half % ('shape[0]', 'low[1]', '-')};\n"
+            f"  {name}.upper = {half % ('shape[1]', 'high[1]', '+')};\n"
+            f"  low[0] = {x}.lower; high[0] = {x}.upper;\n"
+            f"  low[1] *= {1.0 - SLACK!r}; high[1] *= {1.0 + SLACK!r}; }}"
         )
 
 

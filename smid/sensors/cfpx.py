@@ -24,10 +24,12 @@ from relaxations.algebra.ball_arithmetic import Balls
 from smid.data import DataError, Dataset
 from smid.models import ModelError
 from smid.networks import ProgressCallback
+from smid.sensors.c_ranges import c_ball
 from smid.sensors.curve import cells_of
-from smid.sensors.program import Block, Code, Program
+from smid.sensors.program import CELLS, Block, Code, Program
 from smid.sensors.ranges import Range
 from smid.sensors.sensor import VirtualSensor, require_training_data, trained
+from smid.sensors.tensor import Tensor
 from smid.sensors.trained_on import TrainedOn
 
 __all__ = ["CFPX", "scale_pressure"]
@@ -141,6 +143,17 @@ class Chebyshev(Block):
         found = Range.of(value + Balls(np.zeros_like(spread), spread))
         return Range(found.lower.min(), found.upper.max()), memory
 
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:
+        """Return Clenshaw's recursion in the order of numpy; see `Block.onnx`."""
+        low, high = self.pressure_range
+        x = (signals[0].clip(low, high) - 0.5 * (low + high)) / (0.5 * (high - low))
+        c = self.coefficients.tolist()
+        c += [0.0] * (len(c) == 1)
+        c0, c1 = x.graph.tensor(c[-2]), x.graph.tensor(c[-1])
+        for k in range(len(c) - 3, -1, -1):
+            c0, c1 = x.graph.tensor(c[k]) - c1, c0 + c1 * (2.0 * x)
+        return c0 + c1 * x, memory
+
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return Clenshaw's recursion in the order of numpy; see `Block.code`."""
         low, high = self.pressure_range
@@ -161,6 +174,42 @@ class Chebyshev(Block):
                 f"  {name} = c0 + c1 * x; }}"
             ),
             constants=table,
+        )
+
+    def range_code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the cells, each with its Taylor form; see `Block.range_code`."""
+        table, (low, high) = name.removeprefix("r"), self.pressure_range
+        half = Balls.exact(0.5)
+        centre, width = half * (Balls.exact(low) + Balls.exact(high)), half * (Balls.exact(high) - Balls.exact(low))
+        first, second = _derivatives(self.coefficients)
+        size = len(self.coefficients)
+        tables = [
+            f"static const ball {table}_{what}[{len(some)}] = {{{', '.join(some)}}};"
+            for what, balls in (("value", Balls.exact(self.coefficients)), ("slope", first))
+            for some in ([c_ball(balls[k]) for k in range(len(balls))],)
+        ]
+        x, ends = signals[0], list[str]()
+        for end in ("lower", "upper"):
+            clip = f"smaller(larger({x}.{end}, {low!r}), {high!r})"
+            ends.append(f"bounds(over(minus(exact({clip}), centre), width))")
+        return Code(
+            f"{{ const ball centre = {c_ball(centre)}, width = {c_ball(width)};\n"
+            f"  const range ends[] = {{{ends[0]},\n    {ends[1]}}};\n"
+            "  const range box = {larger(ends[0].lower, -1.0), smaller(ends[1].upper, 1.0)};\n"
+            f"  const int parts = box.upper > box.lower ? {CELLS} : 1;\n"
+            f"  {name}.lower = HUGE_VAL; {name}.upper = -HUGE_VAL;\n"
+            "  for (int number = 0; number < parts; number++) {\n"
+            "    const range cell = part(box, number, parts);\n"
+            "    const double middle = 0.5 * cell.lower + 0.5 * cell.upper;\n"
+            "    const double reach = magnitude(minus(balls(cell), exact(middle)));\n"
+            f"    const double slope = magnitude(clenshaw({len(first)}, {table}_slope, middle));\n"
+            f"    const double bend = {0.5 * float(second.magnitude().sum())!r} * reach * reach;\n"
+            "    const ball spread = {0.0, (slope * reach + bend) * (1.0 + 1e-14)};\n"
+            f"    const range value = bounds(plus(clenshaw({size}, {table}_value, middle), spread));\n"
+            f"    {name}.lower = smaller({name}.lower, value.lower);\n"
+            f"    {name}.upper = larger({name}.upper, value.upper);\n"
+            "  } }",
+            constants="\n".join(tables),
         )
 
 

@@ -19,8 +19,9 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY, Balls
 from smid.networks import TanhNetwork
-from smid.sensors.program import Block, Code
+from smid.sensors.program import CELLS, Block, Code
 from smid.sensors.ranges import Range
+from smid.sensors.tensor import Tensor
 
 __all__ = ["NetworkBlock", "cells_of"]
 
@@ -35,10 +36,21 @@ def cells_of(box: Sequence[Range], count: int) -> Range:
            [5. , 5. ]])
     """
     open_ends = [bool(side.width > 0) for side in box]
-    each = int(count ** (1.0 / max(1, sum(open_ends))) + 1e-9)
+    each = parts_of(count, sum(open_ends))
     edges = [np.linspace(s.lower, s.upper, each + 1 if wide else 2) for s, wide in zip(box, open_ends, strict=True)]
     lower, upper = (np.meshgrid(*(e[part] for e in edges), indexing="ij") for part in (slice(-1), slice(1, None)))
     return Range(np.stack([x.ravel() for x in lower]), np.stack([x.ravel() for x in upper]))
+
+
+def parts_of(count: int, wide: int) -> int:
+    """Return into how many parts each of some wide ranges is cut for at most ``count`` cells.
+
+    Examples
+    --------
+    >>> [parts_of(16, wide) for wide in range(6)]
+    [16, 16, 4, 2, 2, 1]
+    """
+    return int(count ** (1.0 / max(1, wide)) + 1e-9)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +93,15 @@ class NetworkBlock(Block):
             delta = _affine(weights.T, np.zeros(weights.shape[1]), delta)
         return value, delta
 
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the layers; see `Block.onnx`."""
+        graph = memory.graph
+        value = graph.join(*signals)
+        *hidden, (matrix, bias) = self.network.layers()
+        for weights, biases in hidden:
+            value = graph.add("Tanh", graph.add("MatMul", weights, value) + graph.tensor(biases))
+        return graph.add("MatMul", matrix, value) + graph.tensor(bias), memory
+
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return the layers as loops over tables, with the terms of each sum in the order of `TanhNetwork`."""
         tables, lines, before = [], [f"{{ const double x0[] = {{{', '.join(signals)}}};"], len(signals)
@@ -101,6 +122,69 @@ class NetworkBlock(Block):
             before = bias.size
         lines.append(f"  {name} = x{len(layers)}[0]; }}")
         return Code(update="\n".join(lines), constants="\n".join(tables))
+
+    def range_code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the cells, each with both ranges; see `Block.range_code`."""
+        table, layers = name.removeprefix("r"), self.network.layers()
+        widths = [len(signals), *(bias.size for _, bias in layers)]
+        forward, backward, last = list[str](), list[str](), len(layers)
+        for k in range(1, last + 1):
+            rows, columns = widths[k], widths[k - 1]
+            weights = f"&{table}_w{k}[0][0]"
+            forward.append(f"affine({rows}, {columns}, {weights}, {columns}, 1, {table}_b{k}, a, z);")
+            if k < last:
+                forward.append(
+                    f"for (int i = 0; i < {rows}; i++) {{ t{k}[i] = tanh_range(bounds(z[i])); a[i] = balls(t{k}[i]); }}"
+                )
+                backward = [
+                    f"for (int i = 0; i < {rows}; i++)",
+                    f"  z[i] = times(gradient[i], minus(exact(1.0), balls(square_range(t{k}[i]))));",
+                    f"affine({columns}, {rows}, {weights}, 1, {columns}, NULL, z, gradient);",
+                    *backward,
+                ]
+        kept = [f"range t{k}[{widths[k]}];" for k in range(1, last)]
+        lines = [
+            f"ball a[{max(widths)}], z[{max(widths)}];",
+            *kept,
+            f"for (int k = 0; k < {widths[0]}; k++) a[k] = balls(x[k]);",
+            *forward,
+            "const range value = bounds(z[0]);",
+            f"for (int i = 0; i < {widths[-2]}; i++) gradient[i] = exact({table}_w{last}[0][i]);",
+            *backward,
+            "return value;",
+        ]
+        function = f"static range {table}_cell(const range *x, ball *gradient) {{\n  " + "\n  ".join(lines) + "\n}"
+        n = len(signals)
+        parts = [parts_of(CELLS, wide) for wide in range(n + 1)]
+        return Code(
+            f"{{ const range box[] = {{{', '.join(signals)}}};\n"
+            f"  static const int split[] = {{{', '.join(map(str, parts))}}};\n"
+            f"  int wide = 0, count = 1, each;\n"
+            f"  for (int k = 0; k < {n}; k++) wide += box[k].upper > box[k].lower;\n"
+            "  each = split[wide];\n"
+            "  while (wide--) count *= each;\n"
+            f"  {name}.lower = HUGE_VAL; {name}.upper = -HUGE_VAL;\n"
+            "  for (int number = 0; number < count; number++) {\n"
+            f"    range x[{n}], middle[{n}];\n"
+            f"    ball gradient[{max(widths)}], unused[{max(widths)}];\n"
+            "    int rest = number;\n"
+            "    double spread = 0.0;\n"
+            f"    for (int k = 0; k < {n}; k++) {{\n"
+            "      x[k] = box[k];\n"
+            "      if (box[k].upper > box[k].lower) { x[k] = part(box[k], rest % each, each); rest /= each; }\n"
+            "      middle[k].lower = middle[k].upper = 0.5 * x[k].lower + 0.5 * x[k].upper;\n"
+            "    }\n"
+            f"    range value = {table}_cell(x, gradient);\n"
+            f"    ball centre = balls({table}_cell(middle, unused));\n"
+            f"    for (int k = 0; k < {n}; k++)\n"
+            "      spread += magnitude(gradient[k]) * magnitude(minus(balls(x[k]), exact(middle[k].lower)));\n"
+            "    const ball reach = {0.0, spread * (1.0 + 1e-14)};\n"
+            "    value = meet(value, bounds(plus(centre, reach)));\n"
+            f"    {name}.lower = smaller({name}.lower, value.lower);\n"
+            f"    {name}.upper = larger({name}.upper, value.upper);\n"
+            "  } }",
+            constants=function,
+        )
 
 
 def _affine(matrix: Array, bias: Array, signal: Balls) -> Balls:

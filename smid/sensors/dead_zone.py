@@ -22,6 +22,7 @@ from smid.networks import ProgressCallback
 from smid.sensors.program import Block, Code, Program
 from smid.sensors.ranges import Range
 from smid.sensors.sensor import VirtualSensor, require_training_data
+from smid.sensors.tensor import Tensor
 from smid.sensors.trained_on import TrainedOn
 
 __all__ = ["DeadZone", "enforced"]
@@ -136,6 +137,23 @@ class Threshold(Block):
             return at_rest, memory
         return (value if gate.lower > self.threshold else value.hull(at_rest)), memory
 
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the condition; see `Block.onnx`."""
+        graph = signals[0].graph
+        at_rest = graph.add("LessOrEqual", signals[1], self.threshold)
+        return graph.add("Where", at_rest, self.constant, signals[0]), memory
+
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return the condition; see `Block.code`."""
         return Code(update=f"{name} = {signals[1]} <= {self.threshold!r} ? {self.constant!r} : {signals[0]};")
+
+    def range_code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the conditions of both ends of the second signal; see `Block.range_code`."""
+        value, gate = signals
+        rest, threshold = f"{self.constant!r}", f"{self.threshold!r}"
+        return Code(
+            f"{name}.lower = {gate}.upper <= {threshold} ? {rest}\n"
+            f"  : {gate}.lower > {threshold} ? {value}.lower : smaller({value}.lower, {rest});\n"
+            f"{name}.upper = {gate}.upper <= {threshold} ? {rest}\n"
+            f"  : {gate}.lower > {threshold} ? {value}.upper : larger({value}.upper, {rest});"
+        )

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from smid.sensors.program import Block, Code
+from smid.sensors.program import Block, Code, both_ends
 from smid.sensors.ranges import Range, joined
+from smid.sensors.tensor import Tensor
 
 __all__ = ["Delay"]
 
@@ -34,6 +35,11 @@ class Delay(Block):
         line = joined([memory, signals[0][None]])
         return line[0], line[1:]
 
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the delayed sample, and the last ones; see `Block.onnx`."""
+        line = memory.begun(signals[0]).graph.join(memory.begun(signals[0]), signals[0])
+        return line[:1], line[1 : self.samples + 1]
+
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return a shift of the memory; see `Block.code`."""
         n = self.samples
@@ -43,3 +49,7 @@ class Delay(Block):
             size=n,
             rest=f"for (int k = 0; k < {n}; k++) m[k] = {signals[0]};",
         )
+
+    def range_code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the shift of both ends; see `Block.range_code`."""
+        return both_ends(self, name, signals)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from relaxations.writing import write_text
 from smid.data import DataError
 from smid.display.from_plain import fields_from_plain
 from smid.display.plugins import find_subclass
@@ -107,4 +108,4 @@ def save_sensor(sensor: Sensor, path: str | Path) -> None:
     >>> sensor_from_dict(json.loads(file.read_text())).n_parameters
     31
     """
-    Path(path).write_text(json.dumps(sensor_to_dict(sensor), indent=1) + "\n", encoding="utf-8")
+    write_text(path, json.dumps(sensor_to_dict(sensor), indent=1) + "\n")

@@ -21,8 +21,10 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import Balls
+from smid.sensors.c_ranges import c_range
 from smid.sensors.program import Block, Code
 from smid.sensors.ranges import Range
+from smid.sensors.tensor import Tensor
 
 __all__ = ["Lag", "lag", "lag_derivatives"]
 
@@ -111,16 +113,29 @@ class Lag(Block):
 
         It is linear in the pole, so its ends are at the least and the largest pole.
         """
-        warmth = signals[1] if len(signals) > 1 else Range.exact(self.reference)
-        rate = -(Balls.exact(self.slope) * (warmth.balls - Balls.exact(self.reference)))
-        tau = Balls.exact(self.time_constant) * Range.of(rate).exp().balls
-        poles = Range.of(-(Balls.exact(self.sampling_time) / tau)).exp()
+        poles = self.poles(signals[1] if len(signals) > 1 else Range.exact(self.reference))
         ends = []
         for pole in (poles.lower, poles.upper):
             a = Balls.exact(pole)
             ends.append(Range.of((Balls.exact(1.0) - a) * signals[0].balls + a * memory[0].balls))
         found = ends[0].hull(ends[1])
         return found, found[None]
+
+    def poles(self, warmth: Range) -> Range:
+        """Return the range of the pole over a range of temperatures."""
+        rate = -(Balls.exact(self.slope) * (warmth.balls - Balls.exact(self.reference)))
+        tau = Balls.exact(self.time_constant) * Range.of(rate).exp().balls
+        return Range.of(-(Balls.exact(self.sampling_time) / tau)).exp()
+
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the lagged signal; see `Block.onnx`."""
+        signal, before = signals[0], memory.begun(signals[0])
+        if len(signals) > 1:
+            tau = self.time_constant * (-self.slope * (signals[1] - self.reference)).exp()
+            lagged = signal + (tau.graph.tensor(-self.sampling_time) / tau).exp() * (before - signal)
+        else:
+            lagged = signal + float(self.pole(np.asarray(self.reference))) * (before - signal)
+        return lagged, lagged
 
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return the recursion; see `Block.code`."""
@@ -134,4 +149,24 @@ class Lag(Block):
             update=f"{name} = {g} + {pole} * (m[0] - {g});\nm[0] = {name};",
             size=1,
             rest=f"m[0] = {g};",
+        )
+
+    def range_code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the means with the least and the largest pole; see `Block.range_code`."""
+        if len(signals) > 1:
+            poles = (
+                f"const ball warmth = minus(balls({signals[1]}), exact({self.reference!r}));\n"
+                f"  const range rate = bounds(times(exact({-self.slope!r}), warmth));\n"
+                f"  const ball tau = times(exact({self.time_constant!r}), balls(exp_range(rate)));\n"
+                f"  const range poles = exp_range(bounds(over(exact({-self.sampling_time!r}), tau)));"
+            )
+        else:
+            poles = c_range("poles", self.poles(Range.exact(self.reference)))
+        return Code(
+            f"{{ {poles}\n"
+            "  const range memory = {low[0], high[0]};\n"
+            f"  const range ends[] = {{mixed(poles.lower, {signals[0]}, memory), "
+            f"mixed(poles.upper, {signals[0]}, memory)}};\n"
+            f"  low[0] = {name}.lower = smaller(ends[0].lower, ends[1].lower);\n"
+            f"  high[0] = {name}.upper = larger(ends[0].upper, ends[1].upper); }}"
         )

@@ -19,8 +19,9 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.models import ModelError
-from smid.sensors.program import Block, Code
+from smid.sensors.program import Block, Code, both_ends
 from smid.sensors.ranges import Range, joined
+from smid.sensors.tensor import Tensor
 
 __all__ = ["Median", "RunningMedian", "centred_median", "check_order", "check_record"]
 
@@ -130,6 +131,10 @@ class Median(Block):
         window = joined([memory, signals[0][None]])[-self.order :]
         return Range(*(np.asarray(np.median(end)) for end in (window.lower, window.upper))), window
 
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:  # noqa: ARG002
+        """Refuse: the window grows until it is full; see `Block.onnx`."""
+        raise ModelError("ONNX cannot hold the growing window of a median: export C, or a sensor without the filter")
+
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return a ring of samples and their sorted copy; see `Block.code`."""
         if not self.causal:
@@ -157,3 +162,7 @@ class Median(Block):
             size=2 + 2 * n,
             rest="m[0] = m[1] = 0.0;",
         )
+
+    def range_code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the medians of both ends; see `Block.range_code`."""
+        return both_ends(self, name, signals)

@@ -24,8 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relaxations.algebra.arrays import Array
-from smid.sensors.program import Block, Code
+from smid.sensors.program import Block, Code, both_ends
 from smid.sensors.ranges import Range
+from smid.sensors.tensor import Tensor
 
 __all__ = ["Play", "Pushed", "play"]
 
@@ -115,6 +116,11 @@ class Pushed(Block):
         )
         return found, found[None]
 
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the position; see `Block.onnx`."""
+        position = memory.begun(signals[0]).clip(signals[0] - self.threshold, signals[0] + self.threshold)
+        return position, position
+
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return the two clips; see `Block.code`."""
         s, r = signals[0], repr(self.threshold)
@@ -127,4 +133,15 @@ class Pushed(Block):
             ),
             size=1,
             rest=f"m[0] = {s};",
+        )
+
+    def range_code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the clips of both ends, widened where they moved; see `Block.range_code`."""
+        s = signals[0]
+        return Code(
+            "{ const range before = {low[0], high[0]};\n"
+            f"  const double slack = DBL_EPSILON * (fabs({s}.lower) + fabs({s}.upper) + {self.threshold!r});\n"
+            f"{both_ends(self, name, signals).update}\n"
+            f"  if ({name}.lower != before.lower) low[0] = {name}.lower -= slack;\n"
+            f"  if ({name}.upper != before.upper) high[0] = {name}.upper += slack; }}"
         )

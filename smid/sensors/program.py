@@ -5,7 +5,7 @@ samples were lost, certified ranges over the trained inputs, and C. A block of s
 result to the last bit.
 
 To add a block, subclass `Block` as a frozen dataclass with `rest` and `advance`. With `enclose` it bridges lost
-samples, with `code` it can be exported.
+samples, with `code` and `range_code` it can be exported to C, with `onnx` to ONNX.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from smid.models import ModelError
 from smid.sensors.ranges import Range
+from smid.sensors.tensor import Tensor
 
-__all__ = ["Block", "Code", "Memory", "Program", "Samples", "Step"]
+__all__ = ["Block", "Code", "Memory", "Program", "Samples", "Step", "both_ends"]
 
 Samples = Mapping[str, Array]
 """Channel name to samples, shape (n,), in the units of the training records."""
@@ -109,6 +110,37 @@ class Block(ABC):
             If C cannot hold the block.
         """
         raise ModelError(f"{type(self).__name__} cannot be exported to C: give the class a method code")
+
+    def range_code(self, name: str, signals: Sequence[str]) -> Code:  # noqa: ARG002
+        """Return C99 of `enclose`, with the functions of `smid.sensors.c_ranges`.
+
+        It sets a range of this name from ranges, and renews the ends ``low`` and ``high`` of the memory.
+
+        Raises
+        ------
+        ModelError
+            If C cannot hold the block.
+        """
+        raise ModelError(f"{type(self).__name__} cannot be exported to C: give the class a method range_code")
+
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:  # noqa: ARG002
+        """Return the next value and the memory after it, as `advance`; a memory that is NaN is at rest.
+
+        Raises
+        ------
+        ModelError
+            If ONNX cannot hold the block.
+        """
+        raise ModelError(f"{type(self).__name__} cannot be exported to ONNX: export C, or give the class a method onnx")
+
+
+def both_ends(block: Block, name: str, signals: Sequence[str]) -> Code:
+    """Return the `Block.range_code` of a block that rises with its signals and its memory, without rounding."""
+    updates = list[str]()
+    for end, memory in (("lower", "low"), ("upper", "high")):
+        update = block.code(f"{name}.{end}", [f"{signal}.{end}" for signal in signals]).update
+        updates.append(f"{{ double *m = {memory};\n{update} }}")
+    return Code("\n".join(updates))
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,9 +19,11 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import Balls
+from smid.sensors.c_ranges import c_ball
 from smid.sensors.lag import Lag
 from smid.sensors.program import Block, Code
 from smid.sensors.ranges import Range
+from smid.sensors.tensor import Tensor
 
 __all__ = ["Acting", "Dynamics"]
 
@@ -107,20 +109,55 @@ class Acting(Block):
     def enclose(self, signals: Sequence[Range], memory: Range, cells: int) -> tuple[Range, Range]:  # noqa: ARG002
         """Return the range, with each signal once: ``s (1 - sum_k w_k / r_k) + sum_k (w_k / r_k) h_k``."""
         numbers, (smoothed, *others) = self.dynamics, signals
-        plays = list(zip(numbers.forces, numbers.thresholds, others, strict=False))
         share, pushed = Balls.exact(1.0), Balls.exact(0.0)
-        for w, r, h in plays:
-            part = Balls.exact(w) / Balls.exact(r)
+        for part, h in zip(self._parts(), others, strict=False):
             share, pushed = share - part, pushed + part * h.balls
         free = Range.of(share * smoothed.balls + pushed)
         # The friction of a play does not exceed its force.
         most = sum(numbers.forces) * (1.0 + 1e-14)
         free = free.meet(Range.of(smoothed.balls + Balls(np.asarray(0.0), np.asarray(most))))
-        if len(others) == len(plays):
+        if len(others) == len(numbers.thresholds):
             return free, memory
         warmth = others[-1].balls - Balls.exact(numbers.reference)
         gain = Range.of(Balls.exact(numbers.gain_slope) * warmth).exp().balls
         return Range.of(gain * free.balls + Balls.exact(numbers.shift_slope) * warmth), memory
+
+    def _parts(self) -> list[Balls]:
+        """Return the force over the threshold of each play."""
+        numbers = self.dynamics
+        return [Balls.exact(w) / Balls.exact(r) for w, r in zip(numbers.forces, numbers.thresholds, strict=True)]
+
+    def range_code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the formula of `enclose`; see `Block.range_code`."""
+        numbers, (s, *others) = self.dynamics, signals
+        share, pushed, lines = Balls.exact(1.0), "exact(0.0)", list[str]()
+        for k, (part, h) in enumerate(zip(self._parts(), others, strict=False)):
+            lines.append(f"const ball part{k} = {c_ball(part)};")
+            share, pushed = share - part, f"plus({pushed}, times(part{k}, balls({h})))"
+        most = sum(numbers.forces) * (1.0 + 1e-14)
+        lines += [
+            f"const ball share = {c_ball(share)}, friction = {{0.0, {float(most)!r}}};",
+            f"{name} = meet(bounds(plus(times(share, balls({s})), {pushed})), bounds(plus(balls({s}), friction)));",
+        ]
+        if len(others) > len(numbers.thresholds):
+            lines += [
+                f"const ball warmth = minus(balls({others[-1]}), exact({numbers.reference!r}));",
+                f"const range gain = exp_range(bounds(times(exact({numbers.gain_slope!r}), warmth)));",
+                f"{name} = bounds(plus(times(balls(gain), balls({name})), "
+                f"times(exact({numbers.shift_slope!r}), warmth)));",
+            ]
+        return Code("{ " + "\n  ".join(lines) + " }")
+
+    def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the formula; see `Block.onnx`."""
+        numbers, (smoothed, *others) = self.dynamics, signals
+        free = smoothed
+        for w, r, h in zip(numbers.forces, numbers.thresholds, others, strict=False):
+            free = free - w * ((smoothed - h) / r)
+        if len(others) == len(numbers.thresholds):
+            return free, memory
+        warmth = others[-1] - numbers.reference
+        return (numbers.gain_slope * warmth).exp() * free + numbers.shift_slope * warmth, memory
 
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return the formula; see `Block.code`."""

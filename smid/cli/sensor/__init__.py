@@ -19,7 +19,7 @@ sensor = Commands(
     "sensor",
     callback=_show_help,
     invoke_without_command=True,
-    help="Train a virtual sensor on records, run it, check it, and export it to C.",
+    help="Train a virtual sensor on records, run it, check it, and export it to C or ONNX.",
     targets={
         "train": ("smid.cli.sensor.train:train", "Train sensors on records, choose one, and test it."),
         "run": (
@@ -31,6 +31,6 @@ sensor = Commands(
             "smid.cli.sensor.dead_zones:dead_zones",
             "Find dead zones between channels, with certified thresholds.",
         ),
-        "export": ("smid.cli.sensor.export:export", "Write a sensor as C99."),
+        "export": ("smid.cli.sensor.export:export", "Write a sensor as C99 or ONNX."),
     },
 )

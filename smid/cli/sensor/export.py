@@ -1,4 +1,4 @@
-"""``smid sensor export``: a sensor as C99."""
+"""``smid sensor export``: a sensor as C99 or ONNX."""
 
 from __future__ import annotations
 
@@ -8,18 +8,23 @@ from smid.cli.console import Command
 from smid.cli.options import FILE
 from smid.cli.sensor.reading import load_sensor
 from smid.reports import check_writable
-from smid.sensors import export_c
+from smid.sensors import export_c, export_onnx
 
 
 @click.command(cls=Command)
 @click.argument("sensor", type=FILE)
-@click.argument("source", type=FILE, metavar="SOURCE.c")
-def export(sensor: str, source: str) -> None:
-    """Write a sensor as C99: a source file, and its header beside it.
+@click.argument("target", type=FILE, metavar="TARGET")
+def export(sensor: str, target: str) -> None:
+    """Write a sensor as C99 or as ONNX.
 
-    SENSOR is a file that smid sensor train --save wrote. The code allocates nothing, and does the same operations at
-    each update. The header says which inputs it takes, in which units.
+    SENSOR is a file that smid sensor train --save wrote. A TARGET that ends in .c is C99, a source file with its header
+    beside it. The code allocates nothing, bridges lost samples, and does a bounded number of operations at each update.
+    The header says which inputs it takes, in which units. A TARGET that ends in .onnx is an ONNX model of one update,
+    which does not bridge lost samples.
     """
-    check_writable(source)
-    written = export_c(load_sensor(sensor), source)
-    click.echo(f"source: {written[0]}\nheader: {written[1]}")
+    check_writable(target)
+    if target.endswith(".onnx"):
+        click.echo(f"model: {export_onnx(load_sensor(sensor), target)}")
+        return
+    source, header = export_c(load_sensor(sensor), target)
+    click.echo(f"source: {source}\nheader: {header}")

@@ -1,11 +1,10 @@
 """The thesis's Hammerstein model in its three phases, on the bundled records.
 
-1. An enclosure of the least noise bound on a part of ``20C_ramp_a``.
-2. Parameter intervals at relaxation orders 1, 2 and 3 and the central model, at 1.2 times that bound.
-3. Free runs of the central model over the other ramps and the steps.
+The phases are those of `smid.study.phases`, which takes any record: the least noise bound on a part of ``20C_ramp_a``,
+intervals and the central model at 1.2 times that bound, free runs over the other ramps and the steps.
 
-The study also compares structures, the widths at several noise bounds, least-squares models on the same records, and
-the thesis's printed intervals with certified ones.
+The study also compares relaxation orders, structures, least-squares models on the same records, and the thesis's
+printed intervals with certified ones.
 
 The part, 0.8 s of 10 s, is the steepest pair of ramps up to the largest current. It passes all levels, rising and
 falling. The thesis identified on another part, which it does not state. HS20 is, as in the thesis, a least-squares fit
@@ -31,12 +30,12 @@ from smid.data.bundled import load_clutch
 from smid.display.table import Table
 from smid.fitting.binding import bind
 from smid.fitting.fit import fit
-from smid.identification.error_bound import ErrorBound, error_bound
+from smid.identification.error_bound import ErrorBound
 from smid.identification.estimate import Estimate
 from smid.models import Model
 from smid.reports.page import is_simulated
-from smid.study.finished import finished
-from smid.study.widths import WidthStudy, width_study
+from smid.study.phases import FACTOR, Phases, phases
+from smid.study.widths import WidthStudy
 from smid.theses.chapter import Chapter, Drawing, Topic
 from smid.theses.clutch.hammerstein.free_runs import FreeRuns, free_runs
 from smid.theses.clutch.hammerstein.intervals import OrderStudy, order_study
@@ -62,7 +61,6 @@ RECORD, STEPS = "20C_ramp_a", "20C_step_a"
 PART = (2650, 3050)
 """Samples of `RECORD` that are identified on."""
 
-FACTOR = 1.2
 SHORTEST = 50
 SMALLEST_RANGE = 10 * NOISE_BOUND  # bar
 CENTRAL, ON_STEPS = "set-membership", "HS20: the same on steps"
@@ -77,8 +75,12 @@ class HammersteinStudy(Chapter):
     ----------
     part
         The samples that were identified on.
-    bound, orders, runs
-        Phases 1, 2 and 3.
+    phases
+        Error bound, intervals and validation, as `smid phases` finds them.
+    orders
+        The intervals at several relaxation orders.
+    runs
+        Free runs of the central model and of others.
     """
 
     title = "Clutch, section 3.2: the Hammerstein model in three phases"
@@ -96,22 +98,31 @@ class HammersteinStudy(Chapter):
     )
 
     part: Dataset
-    bound: ErrorBound
+    phases: Phases
     orders: OrderStudy
     runs: FreeRuns
     structures: StructureChoice
-    widths: WidthStudy
     printed: PrintedComparison
 
     @property
+    def bound(self) -> ErrorBound:
+        """Return the least noise bound."""
+        return self.phases.bound
+
+    @property
+    def widths(self) -> WidthStudy:
+        """Return the widths at several noise bounds."""
+        return self.phases.widths
+
+    @property
     def estimate(self) -> Estimate:
-        """Return the intervals at the highest order, with the central model."""
-        return self.orders.estimates[-1]
+        """Return the intervals, with the central model."""
+        return self.phases.estimate
 
     @property
     def validation(self) -> Validation:
         """Return the free runs of the central model."""
-        return self.runs.validations[CENTRAL]
+        return self.phases.validations[0]
 
     @property
     def conclusion(self) -> str:
@@ -176,8 +187,7 @@ class HammersteinStudy(Chapter):
             self.orders,
             Drawing(
                 self._intervals_figure,
-                f"Intervals at order {self.orders.orders[-1]} and {FACTOR:g} times the least noise bound, in percent "
-                "of the centres.",
+                f"Intervals at {FACTOR:g} times the least noise bound, in percent of the centres.",
             ),
         )
         yield Topic(
@@ -199,6 +209,7 @@ class HammersteinStudy(Chapter):
             "with the printed parameters.",
             self.runs,
             Drawing(self.runs.plot, "RMSE of the free runs, by model and record."),
+            Drawing(self._steps_figure, "HS20 on all records; on steps as in figures 3.5 and 3.6 of the thesis."),
         )
         yield Topic(
             "What the thesis prints, and certified intervals",
@@ -214,6 +225,11 @@ class HammersteinStudy(Chapter):
 
         return intervals_figure(self.estimate)
 
+    def _steps_figure(self) -> Figure:
+        from smid.theses.clutch.hammerstein.figures import validation_figure
+
+        return validation_figure(self.runs.validations[ON_STEPS])
+
     def plot(self) -> Figure:
         """Draw the central model's free runs over all records: figures 3.3 and 3.4 of the thesis."""
         from smid.theses.clutch.hammerstein.figures import validation_figure
@@ -224,10 +240,9 @@ class HammersteinStudy(Chapter):
         """Return plain data."""
         return {
             "part": {"source": self.part.source, "samples": self.part.n_samples, "checksum": self.part.checksum},
-            "error_bound": self.bound.to_dict(),
+            "phases": self.phases.to_dict(),
             "structures": self.structures.to_dict(),
             "orders": self.orders.to_dict(),
-            "widths": self.widths.to_dict(),
             "free_runs": self.runs.to_dict(),
             "thesis": self.printed.to_dict(),
             "conclusion": self.conclusion,
@@ -251,7 +266,7 @@ def hammerstein_study(
     part
         First sample of ``20C_ramp_a`` to identify on, and the first one not to.
     orders
-        Relaxation orders; the central model of the highest one is validated.
+        Relaxation orders to compare.
 
     Raises
     ------
@@ -280,17 +295,16 @@ def hammerstein_study(
     simulated = " (simulated)" if is_simulated([data.source]) else ""
     chosen = replace(record.crop(start, stop), source=f"{RECORD}, samples {start}:{stop}{simulated}")
     if np.ptp(chosen.values("pressure")) < SMALLEST_RANGE:
-        raise _uninformative(part)
-    # Phases 1 and 2.
+        raise DataError(
+            f"the part {part[0]}:{part[1]} of {RECORD} says too little of the model, no bounds can be proven: give "
+            f"samples in which the pressure rises and falls, such as {PART[0]}:{PART[1]}"
+        )
     model = clutch_hammerstein()
-    bound = finished(error_bound(model, chosen, progress=progress))
-    found = order_study(model, chosen, FACTOR * bound.upper, orders, progress=progress)
-    if found.estimates[-1].unbounded:
-        raise _uninformative(part)
-    widths = width_study(model, chosen, bound, progress=progress)
-    # Phase 3: the central model and the models it is compared with.
+    found = phases(model, chosen, [data], factor=FACTOR, progress=progress)
+    # The models that the central one is compared with.
+    noise_bound = FACTOR * found.bound.upper
     models = {
-        CENTRAL: found.estimates[-1].model,
+        CENTRAL: found.estimate.model,
         "least squares": _least_squares(model, chosen),
         "least squares, all powers": _least_squares(clutch_hammerstein(powers=ALL_POWERS), chosen),
         ON_STEPS: _least_squares(clutch_hammerstein(powers=ALL_POWERS), steps),
@@ -299,19 +313,11 @@ def hammerstein_study(
     }
     return HammersteinStudy(
         chosen,
-        bound,
         found,
-        free_runs(models, data, FACTOR * bound.upper),
+        order_study(model, chosen, noise_bound, orders, progress=progress),
+        free_runs(models, data, noise_bound),
         choose_structure(chosen, record, progress=progress),
-        widths,
-        compare_with_printed(chosen, widths, progress=progress),
-    )
-
-
-def _uninformative(part: tuple[int, int]) -> DataError:
-    return DataError(
-        f"the part {part[0]}:{part[1]} of {RECORD} says too little of the model, no bounds can be proven: give samples "
-        f"in which the pressure rises and falls, such as {PART[0]}:{PART[1]}"
+        compare_with_printed(chosen, found.widths, progress=progress),
     )
 
 

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
+from math import isfinite
 
 from smid.data import Dataset
 from smid.display.table import Table, figure
 from smid.recursive import Tracking
+from smid.recursive.figures import traces_figure
 from smid.theses.chapter import Chapter, Drawing, Topic
-from smid.theses.clutch.recursive_study import THESIS, RecursiveStudy
+from smid.theses.clutch.recursive_study import SHOWN, THESIS, RecursiveStudy
 from smid.theses.clutch.set_study import SetStudy
 
 __all__ = ["RecursiveChapter"]
-
-SHOWN = "20C_step_a"  # figures 3.8 to 3.11
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,6 +71,32 @@ class RecursiveChapter(Chapter):
             f"an RMSE of {figure(study.gains.trackings[0].held.rmse)} {unit}.",
             study.gains.table,
             Drawing(study.gains.plot, "RMSE of the three errors over the adaptation gain."),
+        )
+        gradient = study.unnormalised
+        yield Topic(
+            "The unnormalised gradient at all gains",
+            f"Of all gains, {figure(gradient.best)} has the smallest RMSE one step ahead, "
+            f"{figure(min(t.one_step.rmse for t in gradient.trackings if isfinite(t.one_step.rmse)))} {unit}. Holding "
+            f"the last pressure gives {figure(gradient.trackings[0].held.rmse)} {unit}. The stability rule is violated "
+            f"above {figure(gradient.largest_gain)}.",
+            gradient.table,
+            Drawing(gradient.plot, "RMSE of the three errors over the gain of the unnormalised gradient."),
+        )
+        yield Topic(
+            "Traces, figures 3.8 to 3.11 and 3.13 to 3.20",
+            "After the update, the model of the normalised gradient passes through each sample, because it was fitted "
+            "to that sample. The free run has the last parameters. An axis covers the measured range.",
+            *(
+                Drawing(partial(traces_figure, self._on(SHOWN, model), "method"), f"{model}: the methods on {SHOWN}.")
+                for model in models[:1]
+                if self._on(SHOWN, model)
+            ),
+            Drawing(
+                partial(
+                    traces_figure, [t for t in study.normalised if t.record != SHOWN] or study.normalised, "record"
+                ),
+                f"{study.on_noise.method}, {study.on_noise.arx}, on the other records.",
+            ),
         )
         yield Topic(
             "All methods on all records, figures 3.8 to 3.20",

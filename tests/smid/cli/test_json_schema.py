@@ -29,6 +29,10 @@ COMMON = "run.csv --input u --output y --model model.toml"
         ("residuals estimate.json long.csv", "smid.residuals/1"),
         ("show run.csv", "smid.show/1"),
         ("doctor", "smid.doctor/1"),
+        (f"phases {COMMON} --validate other.csv", "smid.phases/1"),
+        (f"phases {COMMON} --noise-bound 0.01", "smid.phases/1, empty"),
+        ("track long.csv --input u --output y --noise-bound 0.2 --pieces 0", "smid.track/1"),
+        ("track long.csv --input u --output y --noise-bound 0.2 --pieces 0 --drift 1e-3", "smid.track/1"),
         (f"study {COMMON} --noise-bounds 0.1 --orders 1", "smid.study/1"),
     ],
 )

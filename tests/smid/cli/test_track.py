@@ -139,3 +139,14 @@ def test_an_interrupt_ends_a_stream_with_its_result():
     assert len(follow(estimator, samples(20))) == 20
     with pytest.raises(KeyboardInterrupt):
         follow(estimator, samples(0))
+
+
+def test_a_row_that_is_refused_loses_no_result(smid):  # noqa: ARG001
+    rows = changing("change.csv", at=120)
+    result = streamed([*rows[:90], "3.0,1,0.5", *rows[90:]], f"{OPTIONS} --bounds b0=-10:10 --json out.json --pieces 4")
+    assert result.exit_code != 0
+    assert "goes back in time" in result.output
+    assert "The result is that of the 90 samples before." in result.output
+    document = json.loads(Path("out.json").read_text(encoding="utf-8"))
+    assert len(document["history"]["a1"]["lower"]) == 90
+    assert document["intervals"][0]["lower"] <= -0.8 <= document["intervals"][0]["upper"]

@@ -188,7 +188,7 @@ def test_crop_time_is_not_fooled_by_rounding():
 
 
 @settings(deadline=None, max_examples=50)
-@given(arrays(float, st.integers(1, 40), elements=finite), st.sampled_from(["unit", "standard"]))
+@given(arrays(float, st.integers(1, 40), elements=finite), st.sampled_from(["unit", "share", "standard"]))
 def test_normalise_and_back(y, method):
     data = Dataset.from_arrays(input=np.arange(y.size), output=y, sampling_time=1, units={"output": "bar"})
     normalised = data.normalise(method)
@@ -221,7 +221,7 @@ def test_normalisation_misuse():
         data.normalise().normalise()
     with pytest.raises(DataError, match="not normalised"):
         data.denormalise()
-    with pytest.raises(DataError, match="choose 'unit' or 'standard'"):
+    with pytest.raises(DataError, match="choose 'unit', 'share' or 'standard'"):
         data.normalise("minmax")
 
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from smid.data import Dataset
 from smid.fitting.fit import Fitting
 from smid.hybrid import EXTRA, NeuralTerm, network_of, series, with_network
+from smid.hybrid.neural import network_output
 from smid.models import ModelError, OutputError, Reactor, signal, simulate, t
 from smid.networks import TanhNetwork, weight_count
 
@@ -88,3 +89,27 @@ def test_a_run_that_leaves_the_finite_range_names_the_sample():
     )
     with pytest.raises(ModelError, match="sample"):
         simulate(model, {"u": np.ones(400)}, initial={"w": [1.0], "hybrid": [1.0]})
+
+
+@pytest.mark.parametrize(
+    ("kind", "expected"),
+    [
+        ("linear", lambda z: z),
+        ("relu", lambda z: np.maximum(z, 0.0)),
+        ("softplus", lambda z: np.logaddexp(0.0, z)),
+        ("logistic", lambda z: 0.5 * (1.0 + np.tanh(0.5 * z))),
+    ],
+)
+def test_activations_of_the_clutch_thesis(kind, expected):
+    term = NeuralTerm("N", (U[t],), (1,), neuron=kind)
+    model = OutputError().with_parameter(*term.parameters).add_term("w", term.expression)
+    values = {"N_w1_1_1": 2.0, "N_b1_1": -1.0, "N_w2_1_1": 1.0, "N_b2_1": 0.0}
+    u = np.array([-1e3, -2.0, 0.5, 0.7, 1e3])
+    found = network_output(model.with_values(values), term, u[:, None])
+    np.testing.assert_allclose(found, expected(2.0 * u - 1.0), rtol=1e-14, atol=1e-15)
+
+
+@pytest.mark.parametrize(("kind", "smooth"), [("step", "logistic"), ("bipolar", "tanh")])
+def test_neurons_without_slope_are_refused(kind, smooth):
+    with pytest.raises(ModelError, match=f"{kind} neurons have slope zero.*take {smooth}"):
+        NeuralTerm("N", (U[t],), (1,), neuron=kind)

@@ -15,11 +15,11 @@ from smid.sensors import (
     CPX,
     PTX,
     PX,
-    BoundedSensor,
     DeadZone,
     MedianFiltered,
     bound_error,
     export_c,
+    export_onnx,
     trained_range,
 )
 
@@ -45,15 +45,21 @@ MAIN = """\
 #include <stdio.h>
 int main(void) {
   sensor_state state, saved;
-  double u[IN], y[OUT];
+  double u[IN], y[3], before[3];
   sensor_reset(&state);
   for (long k = 0; fread(u, sizeof u, 1, stdin) == 1; k++) {
     if (k % 100 == 50) { saved = state; double wild[IN] = {1e6}; sensor_update(&state, wild, y); state = saved; }
-    if (sensor_update(&state, u, y)) return 1;
+    if (sensor_update(&state, u, y) == 1) return 1;
     fwrite(y, sizeof y, 1, stdout);
   }
+  u[0] = 1.0 / 0.0;
+  for (int k = 0; k < 3; k++) before[k] = y[k];
+  if (sensor_update(&state, u, y) != 1) return 2;
   u[0] = 0.0 / 0.0;
-  return sensor_update(&state, u, y) ? 0 : 2;
+  sensor_reset(&state);
+  if (sensor_update(&state, u, y) != 1) return 3;
+  for (int k = 0; k < 3; k++) if (before[k] != y[k]) return 4;
+  return 0;
 }
 """
 
@@ -67,15 +73,13 @@ def trained():
 def compiled(sensor, folder):
     """Return a function that runs the exported C over samples of shape (n, inputs)."""
     export_c(sensor, folder / "sensor.c")
-    inputs = len(sensor.trained_on.inputs)
-    outputs = 3 if isinstance(sensor, BoundedSensor) else 1
-    (folder / "main.c").write_text(MAIN.replace("IN]", f"{inputs}]").replace("OUT]", f"{outputs}]"))
+    (folder / "main.c").write_text(MAIN.replace("IN]", f"{len(sensor.trained_on.inputs)}]"))
     flags = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O2"]
     subprocess.run([GCC, *flags, "sensor.c", "main.c", "-o", "sensor", "-lm"], cwd=folder, check=True)
 
     def run(samples):
         found = subprocess.run([folder / "sensor"], input=samples.tobytes(), capture_output=True, check=True)
-        return np.frombuffer(found.stdout).reshape(-1, outputs)
+        return np.frombuffer(found.stdout).reshape(-1, 3)
 
     return run
 
@@ -103,6 +107,24 @@ def test_c_without_error_bound(trained, tmp_path):
     )
 
 
+@needs_compiler
+@pytest.mark.parametrize(("name", "bounded"), [*((name, True) for name in SENSORS), ("PTX", False)])
+def test_c_bridges_lost_samples_as_the_stream_does(trained, name, bounded, tmp_path):
+    sensor = trained[name] if bounded else trained[name].sensor
+    run = load_clutch("20C_step_b").crop(300, 620).experiments[0]
+    names = [signal.name for signal in sensor.trained_on.inputs]
+    samples = np.stack([run.values[n] for n in names], axis=1)
+    generator = np.random.default_rng(11)
+    samples[1:][generator.random((319, len(names))) < 0.1] = np.nan
+    samples[200:230] = np.nan  # longer than the window
+    stream = sensor.stream()
+    said = [stream.update(0.002 * k, **dict(zip(names, row, strict=True))) for k, row in enumerate(samples)]
+    expected = np.array([(now.position, now.lower, now.upper) for now in said])
+    np.testing.assert_allclose(
+        compiled(sensor, tmp_path)(samples), expected, rtol=0, atol=1e-12 * max(1.0, np.abs(expected).max())
+    )
+
+
 def test_what_c_cannot_hold(trained, tmp_path):
     centred = MedianFiltered(trained["PX"].sensor, order=5)
     with pytest.raises(ModelError, match="a centred median needs future samples: take causal=True"):
@@ -116,6 +138,31 @@ def test_what_c_cannot_hold(trained, tmp_path):
     broken = replace(trained["CFPX"].sensor, coefficients=np.array([1.0, np.inf]))
     with pytest.raises(ModelError, match="a number of the sensor is inf, which C cannot hold"):
         export_c(broken, tmp_path / "sensor.c")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", [name for name in SENSORS if name not in ("median", "both")])
+def test_onnx_says_what_predict_says(trained, name, tmp_path):
+    onnxruntime = pytest.importorskip("onnxruntime", reason="no ONNX runtime: pip install onnxruntime")
+    data = load_clutch("20C_step_b").crop(300, 900)
+    for sensor in (trained[name], trained[name].sensor):
+        session = onnxruntime.InferenceSession(export_onnx(sensor, tmp_path / "sensor.onnx").read_bytes())
+        memory = np.full(session.get_inputs()[1].shape, np.nan)
+        found = []
+        for row in np.stack([data.values(s.name) for s in sensor.trained_on.inputs], axis=1):
+            y, memory = session.run(None, {"u": row, "memory": memory})
+            found.append(y)
+        said = sensor.predict(data)
+        ends = [said.lower[0], said.upper[0]] if sensor is trained[name] else []
+        expected = np.stack([said.position[0], *ends], axis=1)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * max(1.0, np.abs(expected).max()))
+
+
+def test_what_onnx_cannot_hold(trained, tmp_path):
+    with pytest.raises(ModelError, match="ONNX cannot hold the growing window of a median: export C"):
+        export_onnx(trained["median"], tmp_path / "sensor.onnx")
+    with pytest.raises(DataError, match=r"ends in \.onnx"):
+        export_onnx(trained["PX"], tmp_path / "sensor.txt")
     assert list(tmp_path.iterdir()) == []
 
 

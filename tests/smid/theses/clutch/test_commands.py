@@ -63,7 +63,7 @@ def test_hammerstein_prints_writes_and_reports(smid, small):
     assert Path("twin.json").read_text() == Path("out.json").read_text()
     document = json.loads(Path("out.json").read_text(encoding="utf-8"))
     assert document["schema"] == "smid.clutch-hammerstein/1"
-    assert document["error_bound"]["lower"] <= document["error_bound"]["upper"]
+    assert document["phases"]["error_bound"]["lower"] <= document["phases"]["error_bound"]["upper"]
     assert document["thesis"]["printed"][2]["inverted"] is True
     page = Path("out.html").read_text(encoding="utf-8")
     for words in ("What the thesis prints", "What cannot be compared", "confidential", "simulated data, not measured"):

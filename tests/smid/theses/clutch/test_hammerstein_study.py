@@ -14,9 +14,8 @@ from smid.data.bundled import load_clutch
 from smid.models import ModelError
 from smid.study.finished import finished
 from smid.study.widths import width_study
-from smid.theses.clutch import hammerstein_study as hammerstein_module
 from smid.theses.clutch.hammerstein.free_runs import free_runs
-from smid.theses.clutch.hammerstein.intervals import OrderStudy, order_study
+from smid.theses.clutch.hammerstein.intervals import order_study
 from smid.theses.clutch.hammerstein.model import clutch_hammerstein
 from smid.theses.clutch.hammerstein.printed import (
     PRINTED,
@@ -189,14 +188,6 @@ def test_an_interrupted_study_ends(study):
 def test_a_part_that_cannot_be_used_is_refused(part, cause):
     with pytest.raises(DataError, match=cause):
         hammerstein_study(load_clutch((RECORD, "20C_step_a")), part)
-
-
-def test_a_part_without_provable_bounds_is_refused(study, monkeypatch):
-    estimate = replace(study.estimate, unbounded=("gamma1",))
-    monkeypatch.setattr(hammerstein_module, "error_bound", lambda *_, **__: study.bound)
-    monkeypatch.setattr(hammerstein_module, "order_study", lambda *_, **__: OrderStudy((1,), (estimate,)))
-    with pytest.raises(DataError, match="says too little of the model"):
-        hammerstein_study(load_clutch((RECORD, "20C_step_a")), PART)
 
 
 def test_records_that_lack_something_are_refused():

@@ -21,7 +21,7 @@ def test_all_records_models_and_methods_are_there(study):
     names = {t.record for t in study.comparison.trackings}
     assert names == set(CLUTCH_RECORDS)
     assert {"20C_step_b", "60C_step_c", "m20C_step_c"} <= names  # those with hysteresis
-    assert len(study.comparison.trackings) == 4 * len(MODELS) * len(CLUTCH_RECORDS)
+    assert len(study.comparison.trackings) == 6 * len(MODELS) * len(CLUTCH_RECORDS)
     assert all(t.diverged is None for t in study.comparison.trackings)
 
 
@@ -38,9 +38,9 @@ def test_the_figure_of_the_thesis_comes_out_on_noise_too(study):
 def test_the_table_holds_every_run(study):
     lines = str(study).splitlines()
     assert lines[2] == "Median over the records of the RMSE [bar]"
-    assert len(str(study.summary).splitlines()) == 2 + 8
-    assert sum(line.startswith(CLUTCH_RECORDS) for line in lines) == 88
-    assert len(json.loads(json.dumps(study.to_dict()))["trackings"]) == 88
+    assert len(str(study.summary).splitlines()) == 2 + 12
+    assert sum(line.startswith(CLUTCH_RECORDS) for line in lines) == 132
+    assert len(json.loads(json.dumps(study.to_dict()))["trackings"]) == 132
     assert len(study.plot().axes) == 2
 
 
