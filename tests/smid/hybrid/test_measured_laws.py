@@ -47,7 +47,7 @@ def test_the_friction_of_a_drive_is_dry_and_drags_otherwise_in_each_direction():
 
 
 def test_two_laws_of_a_heat_exchanger_give_the_same_free_run():
-    case, found, law = read("heat_exchanger")
+    _, found, law = read("heat_exchanger")
     other = law.tried[1]
     assert law.best.merit - other.merit < 3.0
     assert "hardly tells" in law.notes[0]
