@@ -113,7 +113,7 @@ def ensemble(found: HybridEstimate, *, members: int = 10, seed: int | np.random.
         halves = [mask & _half(mask.size, generator) for mask in found.used]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", StalledFitWarning)  # a member that stalls strays, or is as good
-            one = estimate(found.hybrid, found.data, halves, starts=1, seed=generator)
+            one = estimate(found.hybrid, found.data, halves, starts=1, scale=found.scale, seed=generator)
         if float(np.mean(_residual(one, found) ** 2)) <= _STRAYED**2 * error:
             near.append(one)
         else:
@@ -135,6 +135,6 @@ def _half(n: int, generator: np.random.Generator) -> Any:
 
 def _residual(one: HybridEstimate, found: HybridEstimate) -> Array:
     """Return the scaled residual of a member over all used samples."""
-    fitting = Fitting(one.model, found.data, found.used)
+    fitting = Fitting(one.model, found.data, found.used, scale=found.scale)
     with np.errstate(all="ignore"):
         return np.nan_to_num(fitting.residual(fitting.at(one.model.values, one.fit.initial)), nan=np.inf)

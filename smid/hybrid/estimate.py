@@ -86,6 +86,8 @@ class HybridEstimate(Result):
         Range of each network input on the fitted samples.
     used
         Shape (n,). Per experiment, the fitted samples.
+    scale
+        As given to `estimate`.
     """
 
     hybrid: HybridModel
@@ -95,6 +97,7 @@ class HybridEstimate(Result):
     trained: tuple[TrainedRange, ...]
     data: Dataset
     used: tuple[NDArray[np.bool_], ...]
+    scale: Mapping[str, float] | None = None
 
     @property
     def model(self) -> Model:
@@ -177,6 +180,7 @@ def estimate(
     iterations: int = 300,
     regularisation: float | None = None,
     validation: float = 0.0,
+    scale: Mapping[str, float] | None = None,
     seed: int | np.random.Generator,
     progress: ProgressCallback | None = None,
 ) -> HybridEstimate:
@@ -203,6 +207,9 @@ def estimate(
         is found from the data; with `validation` it is zero.
     validation
         Share of the used samples, the last of each experiment, that stop the descents early and choose the start.
+    scale
+        Of each output channel, what its errors are divided by; by default its standard deviation. A smaller one gives
+        the channel a larger weight.
     progress
         Called after each step with a `Progress`.
 
@@ -239,6 +246,7 @@ def estimate(
         warn_of_few_couplings(hybrid.couplings, needed.couplings, stacklevel=2)
     # Prepare the free-run and the one-step-ahead problem, with scaled networks.
     hybrid = bound_to(hybrid, data)
+    _check_scale(scale, hybrid)
     masks = [np.arange(run.n_samples) >= data.n_init for run in data.experiments] if used is None else list(used)
     _check_count(Fitting(hybrid.model, data, masks))
     alone = first_principles(hybrid)
@@ -249,11 +257,11 @@ def estimate(
     points = [{**alone, **hidden_weights(hybrid, generator)} for _ in range(starts)]
     found_from_data = regularisation is None and not validation
     penalty = FIRST if found_from_data else regularisation or 0.0
-    stages = _Stages(hybrid, data, training, method, iterations, penalty)
+    stages = _Stages(hybrid, data, training, method, iterations, penalty, scale)
     begun = [stages.begin(values, error) for values in points]
     problem = stages.problem(error, begun[0])
     thetas = [problem.theta(values) for values in begun]
-    check = Fitting(hybrid.model, data, checking) if error == "simulation" else ahead_of(hybrid.model, data, checking)
+    check = replace(stages, used=checking).fitting(error)
     check.start(begun[0])
     search = multistart(
         method,
@@ -270,7 +278,7 @@ def estimate(
     theta = last.theta
     # Run freely over everything; a prediction fit still needs initial states.
     values = problem.values(theta)
-    free_run = Fitting(hybrid.model, data, masks)
+    free_run = Fitting(hybrid.model, data, masks, scale=scale)
     if error == "prediction":
         vector, cost = free_run.solve(free_run.start(values), held=free_run.run.parameters)
     else:
@@ -280,7 +288,9 @@ def estimate(
     found = free_run.result(vector, cost)
     hybrid = replace(hybrid, model=found.model)
     inputs = network_inputs(hybrid, lambda model: Fitting(model, data, masks), found.model.values, found.initial)
-    result = HybridEstimate(hybrid, found, search, last.stop, trained_ranges(hybrid, inputs, masks), data, tuple(masks))
+    result = HybridEstimate(
+        hybrid, found, search, last.stop, trained_ranges(hybrid, inputs, masks), data, tuple(masks), scale
+    )
     if result.stop is Stop.STALLED:
         warnings.warn(result.notes[0], StalledFitWarning, stacklevel=2)
     return result
@@ -312,9 +322,11 @@ class _Stages:
     method: Method
     iterations: int
     penalty: float
+    scale: Mapping[str, float] | None
 
     def fitting(self, error: str) -> Fitting:
-        return (ahead_of if error == "prediction" else Fitting)(self.hybrid.model, self.data, self.used)
+        kind = ahead_of if error == "prediction" else Fitting
+        return kind(self.hybrid.model, self.data, self.used, scale=self.scale)
 
     def problem(self, error: str, at: Mapping[str, float]) -> HybridError:
         plain = hybrid_error(self.fitting(error), self.hybrid, at)
@@ -335,6 +347,12 @@ class _Stages:
 def _mean_square(fitting: Fitting, vector: Array) -> float:
     with np.errstate(all="ignore"):
         return float(np.nan_to_num(np.mean(fitting.residual(vector) ** 2), nan=np.inf))
+
+
+def _check_scale(scale: Mapping[str, float] | None, hybrid: HybridModel) -> None:
+    channels = hybrid.model.output_channels
+    if scale is not None and (sorted(scale) != sorted(channels) or not all(0 < s < np.inf for s in scale.values())):
+        raise ModelError(f"scale = {dict(scale)}: give a positive number for each of {', '.join(channels)}")
 
 
 def _check_count(fitting: Fitting) -> None:

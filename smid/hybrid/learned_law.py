@@ -344,7 +344,7 @@ class _Reading:
         """Return a sum of laws fitted to the record in a free run; None where the run diverges."""
         instead = start.expression(self.argument.x)
         model = without_network(self.found.model, self.term, instead, start.parameters)
-        fitting = Fitting(model, self.found.data, self.record.used, self.found.fit.initial)
+        fitting = Fitting(model, self.found.data, self.record.used, self.found.fit.initial, scale=self.found.scale)
         with np.errstate(all="ignore"):
             vector, cost = fitting.solve(fitting.start({**self.found.model.values, **start.values}), _EVALUATIONS)
             fit = fitting.result(vector, cost)

@@ -220,6 +220,7 @@ def reactor():
         ("factor",),
         {(e, c): np.array([0.1 if e == "simulation" else np.inf]) for e in ERRORS for c in CELLS},
         np.ones(1),
+        {"factor": {name: np.ones(3) for name in ("plant", "first principles", *CELLS)}},
     )
     cells = itertools.product(TRAININGS, CELLS, VALIDATIONS)
     conditions = OtherConditions(("factor",), dict.fromkeys(cells, np.array([0.1])), {"sine": (np.ones(3),) * 3})
