@@ -162,6 +162,8 @@ class EmbeddedRuns(Tabular):
         Shape (n,). Largest error of the friction curve over the visited speeds, relative to the largest friction.
     jump
         Shape (n,). The network's step from -1.5 to 1.5 rad/s relative to the plant's.
+    points
+        Shape (n, p). What was found, as `embedded_error` has it.
     """
 
     input: str
@@ -172,6 +174,7 @@ class EmbeddedRuns(Tabular):
     white: Array
     curve: Array
     jump: Array
+    points: Array
 
     @property
     def good(self) -> NDArray[np.bool_]:
@@ -336,6 +339,7 @@ def run_embedded(
         _white_errors(name, noise_bound, noise_seed, duration),
         np.array(curves),
         np.array(jumps),
+        found,
     )
 
 
