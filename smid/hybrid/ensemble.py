@@ -20,7 +20,8 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Result
 from smid.fitting.fit import Fitting
-from smid.hybrid.estimate import HybridEstimate, StalledFitWarning, estimate
+from smid.hybrid.estimate import StalledFitWarning, estimate
+from smid.hybrid.hybrid_estimate import HybridEstimate
 from smid.models import ModelError
 
 __all__ = ["Ensemble", "ensemble"]

@@ -17,7 +17,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from smid.hybrid.estimate import HybridEstimate, estimate
+from smid.hybrid.estimate import estimate
+from smid.hybrid.hybrid_estimate import HybridEstimate
 from smid.hybrid.hybrid_model import HybridModel
 
 __all__ = ["prune"]

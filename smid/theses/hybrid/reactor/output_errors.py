@@ -25,7 +25,8 @@ from relaxations.deadline import Progress
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table, figure
 from smid.hybrid.back_couplings import EXTRA, SIMPLE, BackCouplings
-from smid.hybrid.estimate import ERRORS, HybridEstimate, estimate
+from smid.hybrid.estimate import ERRORS, estimate
+from smid.hybrid.hybrid_estimate import HybridEstimate
 from smid.hybrid.network_only import network_only
 from smid.hybrid.parallel import parallel
 from smid.hybrid.series import series
