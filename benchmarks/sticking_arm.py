@@ -27,7 +27,7 @@ from scipy.integrate import solve_ivp
 from relaxations.algebra.arrays import Array
 from smid import Dataset
 from smid.display.table import Table
-from smid.hybrid import FreeRunError
+from smid.hybrid import FreeRunError, network_of
 from smid.networks import descend, levenberg_marquardt
 from smid.signals import TABLE_F1
 from smid.theses.hybrid.arm import (
@@ -37,7 +37,6 @@ from smid.theses.hybrid.arm import (
     embedded_error,
     estimate_white,
     exact_motion,
-    friction_curve,
     global_start,
     held_record,
     modulate_motion,
@@ -48,6 +47,7 @@ from smid.theses.hybrid.arm import (
     white_arm,
     white_free_run,
 )
+from smid.theses.hybrid.arm.embedded_arm import SPEED_UNIT, TORQUE_UNIT
 from smid.theses.hybrid.certified import certify_arm
 
 INPUT, NOISE, NEURONS = "six_equal", 0.002, 5
@@ -152,12 +152,12 @@ def networks(noisy: Dataset) -> Table:
         began = time.process_time()
         theta = problem.lower(global_start(motion, NEURONS, judge=problem.errors, seed=seed))
         seconds, values = time.process_time() - began, problem.values(theta)
-        cells = []
+        network, cells = network_of(hybrid.model.with_values(values), hybrid.term), []
         for check in checks:
             tight = by_scipy(
                 check,
                 values["theta"],
-                partial(friction_curve, hybrid, values),
+                lambda v, network=network: TORQUE_UNIT * network(v[:, None] / SPEED_UNIT),
                 method="Radau",
                 tight=1e-7,
             )

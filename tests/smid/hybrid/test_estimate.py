@@ -216,3 +216,15 @@ def test_the_scale_of_an_output_is_its_weight():
         assert found.rmse[channel] < 0.05 * found.rmse[other]
     with pytest.raises(ModelError, match="give a positive number for each of a, b"):
         estimate(hybrid, data, scale={"a": 1.0}, seed=1)
+
+
+def test_a_known_function_constrains_the_output_of_a_network():
+    """The network has a line of its own; the outflow is its exponential, so it cannot turn negative."""
+    u = steps()
+    data = record(lag(3.0, u, outflow=lambda w: w * (1 + 0.5 * w)), u)
+    white = OwnModel(["z = 0*u", "d/dt w = (u - exp(z)*w) / 3"], {"y": "w"}, ["u"])
+    found = estimate(embedded(white, {"z": 1}, [signal("w")[t]], (2,)), data, starts=1, seed=1)
+    w = np.linspace(found.trained[0].lower, found.trained[0].upper, 20)
+    np.testing.assert_allclose(
+        np.exp(network_output(found.model, found.hybrid.term, w[:, None])), 1 + 0.5 * w, rtol=0.03
+    )
