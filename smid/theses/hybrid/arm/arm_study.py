@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -260,7 +261,7 @@ class ArmStudy(Chapter):
         for input, printed in (("six_unequal", "F.4 and F.5"), ("one_sine", "F.8 and F.9")):
             if found := examples(self.embedded, input):
                 caption = f"Figures {printed}: trained record, validation, and the network with its neurons."
-                yield Drawing(lambda found=found: trace_figure(found), caption)
+                yield Drawing(partial(trace_figure, found), caption)
 
     def _networks_figure(self) -> Figure:
         """Draw the best network of each shape that input error found."""
