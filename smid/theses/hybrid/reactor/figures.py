@@ -95,6 +95,8 @@ def training_figure(study: OtherConditions) -> Figure:
             axes.set_title(training, loc="left", fontsize=8)
             axes.set(xlabel="time [s]", xlim=(0, 30))
             axes.grid(True, linewidth=0.4, color=GRID)
+        for axes in panels.flat[max(0, len(study.runs) - _ACROSS) : len(study.runs)]:
+            axes.tick_params(labelbottom=True)
         figure.supylabel("concentration [mol/m³]", fontsize=8)
         handles, labels = panels[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=4)
@@ -118,8 +120,9 @@ def mismatch_figure(study: OutputErrors) -> Figure:
             axes.set_title(plant.replace("_", " "), loc="left", fontsize=8)
             axes.set(xlim=(0, 30))
             axes.grid(True, linewidth=0.4, color=GRID)
-        for axes in panels[-1]:
+        for axes in panels.flat[max(0, len(study.plants) - _ACROSS) : len(study.plants)]:
             axes.set_xlabel("time [s]")
+            axes.tick_params(labelbottom=True)
         figure.supylabel("concentration [mol/m³]", fontsize=8)
         handles, labels = panels[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=3)
