@@ -68,14 +68,11 @@ def arm_traces(hybrid: HybridModel, point: Array, input: str) -> Trace:
     """
     sines = TABLE_F1[input]
     records = {input.replace("_", " "): held_record(sines), "another kind": held_record(other_kind(sines))}
-    motions = {}
+    motions: dict[str, tuple[Array, Array, Array]] = {}
     for name, record in records.items():
         y = record.values("y")
-        motions[name] = (
-            SAMPLING_TIME * np.arange(y.size),
-            y,
-            y + embedded_error(hybrid, record).runs(point[None]).residuals[0],
-        )
+        error: Array = embedded_error(hybrid, record).runs(point[None]).residuals[0]
+        motions[name] = np.asarray(SAMPLING_TIME * np.arange(y.size), dtype=np.float64), y, y + error
     visited = next(iter(records.values())).values("speed")
     speed = np.linspace(visited.min(), visited.max(), 2001)
     slope, bias, output = point[1:-1].reshape(3, -1)

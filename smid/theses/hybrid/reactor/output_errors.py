@@ -14,7 +14,7 @@ Reference: hybrid thesis, section 6.2.3, table 5, figure 6.7, appendices A and C
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -27,9 +27,11 @@ from smid.display.table import Table, figure
 from smid.hybrid.back_couplings import EXTRA, SIMPLE, BackCouplings
 from smid.hybrid.estimate import ERRORS, estimate
 from smid.hybrid.hybrid_estimate import HybridEstimate
+from smid.hybrid.hybrid_model import HybridModel
 from smid.hybrid.network_only import network_only
 from smid.hybrid.parallel import parallel
 from smid.hybrid.series import series
+from smid.models import Model
 from smid.theses.hybrid.reactor.records import PLANTS, first_principles, free_run, reactor_record, white_reactor
 
 if TYPE_CHECKING:
@@ -50,6 +52,11 @@ CELLS: Mapping[str, tuple[str, BackCouplings]] = {
 """Columns of the table; the analysis requires (1, 1) in series, which is "extra", and (2, 2) in parallel. The network
 alone, without first principles, is the baseline of the thesis's observation (d)."""
 
+_JOINS: Mapping[str, Callable[[Model, BackCouplings], HybridModel]] = {
+    "series": series,
+    "parallel": parallel,
+    "network only": network_only,
+}
 _WORDS = {"prediction": "one step ahead, as the thesis", "simulation": "free run"}
 
 
@@ -194,9 +201,8 @@ def estimated_reactor(
     noise_share: float = 0.0,
 ) -> HybridEstimate:
     """Return the estimate of one cell of the table from a `reactor_record`; `error` is one of `ERRORS`."""
-    join = {"series": series, "parallel": parallel, "network only": network_only}[topology]
     data = reactor_record(plant, signal, seed, noise_share=noise_share)
-    hybrid = join(white_reactor(plant), couplings)
+    hybrid = _JOINS[topology](white_reactor(plant), couplings)
     return estimate(hybrid, data, error=error, starts=starts, iterations=iterations, seed=seed)
 
 
