@@ -10,7 +10,7 @@ errors are those of free runs against the exact motion of the same constants:
 
 "SciPy, events" locates the edges of sticking within each sample. A second table estimates the white model by each
 integration, from the constants of table F.2 and from the certified midpoints. A third trains the embedded network of
-five neurons by each, from a start without a law, and runs it over slower sines and a voltage of another kind: by its
+five neurons by two of them, from a start without a law, and runs it over slower sines and a voltage of another kind: by its
 own integration, and by SciPy's Radau with tolerances of 1e-7, because no exact motion of a network is known.
 """
 
@@ -146,7 +146,7 @@ def networks(noisy: Dataset) -> Table:
     checks = [held_record(u) for u in (slower(TABLE_F1[INPUT]), other_kind(TABLE_F1[INPUT]))]
     motion = modulate_motion(noisy, quiet_filter(NOISE, noisy.sampling_time))
     rows = []
-    for (scheme, substeps), seed in itertools.product(SCHEMES, (1, 2)):
+    for (scheme, substeps), seed in itertools.product((("rosenbrock", 1), ("rk4", 16)), (1, 2)):
         hybrid = embedded_arm((NEURONS,), scheme=scheme, substeps=substeps)
         problem = embedded_error(hybrid, noisy)
         began = time.process_time()
