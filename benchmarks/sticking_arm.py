@@ -10,8 +10,8 @@ errors are those of free runs against the exact motion of the same constants:
 
 "SciPy, events" locates the edges of sticking within each sample. A second table estimates the white model by each
 integration, from the constants of table F.2 and from the certified midpoints. A third trains the embedded network of
-five neurons by two of them, from a start without a law, and runs it over slower sines and a voltage of another kind: by its
-own integration, and by SciPy's Radau with tolerances of 1e-7, because no exact motion of a network is known.
+five neurons by two of them, from a start without a law, and runs it over slower sines and a voltage of another kind:
+by its own integration, and by SciPy's Radau with tolerances of 1e-7, because no exact motion of a network is known.
 """
 
 from __future__ import annotations
