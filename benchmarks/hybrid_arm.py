@@ -9,8 +9,6 @@ region with finite differences: around smid's own simulator of one run; around a
 line by line; around a NumPy loop that runs all differences of a Jacobian at once; and around a loop that is written for
 speed, in Python's own numbers.  Printed are the errors that these few starts reached, and the ratio of times.
 
-Noise (``--only noise``): good, moderate and bad runs of the embedded arm from noisy records, by where they start.
-
 Series and parallel beside the other models on the simulated arm, which the thesis recommends (7.4) and did not do.
 
 Measured records, from a folder that holds ``emps`` and ``quarter_drone`` (they do not come with the project).  All
@@ -58,17 +56,9 @@ from smid.theses.hybrid.arm import (
     held_record,
     modulate_motion,
     multistart_start,
-    run_embedded,
 )
 
 NEURONS, EVALUATIONS, LARGEST = 5, 100, 1e8  # rad
-RECORDS, STARTS, FRESH = 3, 4, 1000  # seeds that chose no setting
-NOISE: dict[str, tuple[float, float, tuple[str, ...]]] = {
-    "2 mrad, 10 s": (0.002, 10.0, ("global", "multistart", "white", "certified")),
-    "1 % of the span, 10 s": (2.39, 10.0, ("global", "multistart", "white", "certified")),
-    "1 % of the span, 60 s": (2.39, 60.0, ("global", "multistart")),
-}
-"""Noise bound in rad, duration in seconds, and ways; to prove intervals from 60 s takes more than five minutes."""
 DRIVE = 35.15065188248547  # N/V, of the record's publishers
 PUBLISHED = (95.11, 203.5, 20.39, -3.16)
 TRAINED = 0.6  # of the samples
@@ -192,50 +182,6 @@ def _loop(record: Dataset, network: Callable[[Array], Callable[[float], float]])
         return np.array(angles) - measured
 
     return residual
-
-
-def noisy(say: Callable[[str], None]) -> Table:
-    """Count good, moderate and bad runs of the embedded arm from noisy records, by where they start."""
-    rows = []
-    for label, (bound, duration, ways) in NOISE.items():
-        for way in ways:
-            say(f"embedded arm: {label}, {WAYS[way].label}")
-            runs = [
-                run_embedded(
-                    "six_unequal",
-                    way,
-                    _seeds(record),
-                    noise_bound=bound,
-                    noise_seed=FRESH + record,
-                    duration=duration,
-                )
-                for record in range(RECORDS)
-            ]
-            counts = np.sum([found.counts for found in runs], axis=0)
-            theta = np.concatenate([found.theta for found in runs])
-            middle = np.median(np.concatenate([found.validation for found in runs]), axis=0)
-            white = np.median([found.white for found in runs], axis=0)
-            rows.append(
-                (
-                    label,
-                    WAYS[way].label,
-                    "/".join(map(str, counts)),
-                    *(f"{100 * share:.2g} %" for share in (*white, *middle)),
-                    " to ".join(f"{end:.2f}" for end in np.percentile(theta, [5, 95])),
-                )
-            )
-    header = ("record", "start", "good/moderate/bad", "white, slower", "white, other", "slower", "other kind")
-    header += ("1/J, 5 to 95 %",)
-    return Table(
-        f"six_unequal, {RECORDS} noisy records of {STARTS} starts each; medians of the free-run errors, of the span.",
-        header,
-        tuple(rows),
-        "llrrrrrr",
-    )
-
-
-def _seeds(record: int) -> range:
-    return range(FRESH + STARTS * record, FRESH + STARTS * (record + 1))
 
 
 @dataclass(frozen=True)
@@ -435,7 +381,7 @@ def main() -> None:
     parser.add_argument("--inputs", nargs="+", default=list(TABLE_F1), choices=list(TABLE_F1), help="of table F.1")
     parser.add_argument("--ways", nargs="+", default=COMPARED, choices=list(WAYS), help="to estimate the embedded arm")
     parser.add_argument("--records", help="folder that holds emps and quarter_drone")
-    parser.add_argument("--only", choices=("speed", "topologies", "noise", "study"), help="one part")
+    parser.add_argument("--only", choices=("speed", "topologies", "study"), help="one part")
     options = parser.parse_args()
 
     def asked(part: str) -> bool:
@@ -449,8 +395,6 @@ def main() -> None:
         print(inverse_dynamics(options.records), end="\n\n", flush=True)
         for rig in (emps(options.records), drone(options.records)):
             print(compare(rig, _tell), end="\n\n", flush=True)
-    if asked("noise"):
-        print(noisy(_tell), end="\n\n", flush=True)
     if asked("study"):
         print(arm_study(options.starts, inputs=options.inputs, ways=options.ways))
 

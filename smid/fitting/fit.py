@@ -503,7 +503,7 @@ def _draw(parameter: Any, generator: np.random.Generator) -> float:
     return float(generator.uniform(low, high))
 
 
-def prediction(model: Model, data: Dataset, used: Sequence[Mask]) -> Fitting:
+def prediction(model: Model, data: Dataset, used: Sequence[Mask], scale: Mapping[str, float] | None = None) -> Fitting:
     """Return the one-step-ahead problem, with past outputs as inputs; outputs have no sensor curve.
 
     It leaves out the samples whose recent past is not all there.
@@ -514,7 +514,7 @@ def prediction(model: Model, data: Dataset, used: Sequence[Mask]) -> Fitting:
     lost = [missing_samples(run, measured.values()) for run in data.experiments]
     reach = np.ones(model.max_lag + 1)
     known = [mask & ~(np.convolve(gaps, reach)[: len(gaps)] > 0) for mask, gaps in zip(used, lost, strict=True)]
-    return Fitting(ahead, _with_past(data, {past_name(s): c for s, c in measured.items()}), known)
+    return Fitting(ahead, _with_past(data, {past_name(s): c for s, c in measured.items()}), known, scale=scale)
 
 
 def one_step_ahead(

@@ -21,17 +21,19 @@ from smid.hybrid.back_couplings import EXTRA, SIMPLE, STATIC, BackCouplings, Bac
 from smid.hybrid.cost_surface import CostSurface, cost_surface
 from smid.hybrid.embedded import embedded
 from smid.hybrid.ensemble import Ensemble, ensemble
-from smid.hybrid.estimate import HybridEstimate, StalledFitWarning, estimate
+from smid.hybrid.estimate import StalledFitWarning, estimate
 from smid.hybrid.free_run_error import FreeRunError, FreeRuns
+from smid.hybrid.hybrid_estimate import HybridEstimate
 from smid.hybrid.hybrid_model import HYBRID, HybridModel, Placed
 from smid.hybrid.laws import LAWS, Argument, Law, Shape
 from smid.hybrid.learned_curve import LearnedCurve, learned_curve
-from smid.hybrid.learned_law import LearnedLaw, ReadLaw, learned_law
+from smid.hybrid.learned_law import LearnedLaw, learned_law
 from smid.hybrid.network_only import network_only
 from smid.hybrid.neural import NeuralTerm, network_of, network_output, with_network
 from smid.hybrid.parallel import parallel
 from smid.hybrid.prune import prune
 from smid.hybrid.recurrent import recurrent
+from smid.hybrid.read_law import ReadLaw
 from smid.hybrid.series import series
 from smid.hybrid.simultaneous import simultaneous
 from smid.hybrid.topology import Topology

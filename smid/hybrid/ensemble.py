@@ -20,7 +20,8 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Result
 from smid.fitting.fit import Fitting
-from smid.hybrid.estimate import HybridEstimate, StalledFitWarning, estimate
+from smid.hybrid.estimate import StalledFitWarning, estimate
+from smid.hybrid.hybrid_estimate import HybridEstimate
 from smid.models import ModelError
 
 __all__ = ["Ensemble", "ensemble"]
@@ -113,7 +114,7 @@ def ensemble(found: HybridEstimate, *, members: int = 10, seed: int | np.random.
         halves = [mask & _half(mask.size, generator) for mask in found.used]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", StalledFitWarning)  # a member that stalls strays, or is as good
-            one = estimate(found.hybrid, found.data, halves, starts=1, seed=generator)
+            one = estimate(found.hybrid, found.data, halves, starts=1, scale=found.scale, seed=generator)
         if float(np.mean(_residual(one, found) ** 2)) <= _STRAYED**2 * error:
             near.append(one)
         else:
@@ -135,6 +136,6 @@ def _half(n: int, generator: np.random.Generator) -> Any:
 
 def _residual(one: HybridEstimate, found: HybridEstimate) -> Array:
     """Return the scaled residual of a member over all used samples."""
-    fitting = Fitting(one.model, found.data, found.used)
+    fitting = Fitting(one.model, found.data, found.used, scale=found.scale)
     with np.errstate(all="ignore"):
         return np.nan_to_num(fitting.residual(fitting.at(one.model.values, one.fit.initial)), nan=np.inf)

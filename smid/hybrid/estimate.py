@@ -19,29 +19,27 @@ Reference: hybrid thesis, sections 3.4 and 4.2; Nguyen and Widrow, IJCNN 1990; P
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
-from smid.display.result import Part, Result, plain
-from smid.fitting.fit import Fit, Fitting
+from smid.fitting.fit import Fitting
 from smid.hybrid.analysis import required
 from smid.hybrid.back_couplings import warn_of_few_couplings
+from smid.hybrid.hybrid_estimate import HybridEstimate
 from smid.hybrid.hybrid_model import HybridModel, bound_to
 from smid.hybrid.problem import HybridError, hybrid_error
 from smid.hybrid.regularisation import FIRST, regularised, weight_groups, with_penalty
 from smid.hybrid.scaled_start import ahead_of, first_principles, has_sensor_curve, hidden_weights, scaled
-from smid.hybrid.trained_range import TrainedRange, network_inputs, trained_ranges
-from smid.models import Model, ModelError, Parameter
+from smid.hybrid.trained_range import network_inputs, trained_ranges
+from smid.models import Model, ModelError
 from smid.models.errors import refuse_unknown
 from smid.networks import (
     Method,
-    MultiStart,
     ProgressCallback,
     Stop,
     descend,
@@ -49,11 +47,10 @@ from smid.networks import (
     multistart,
 )
 
-__all__ = ["ERRORS", "HybridEstimate", "StalledFitWarning", "estimate"]
+__all__ = ["ERRORS", "StalledFitWarning", "estimate"]
 
 ERRORS = ("prediction", "simulation")
 _PATIENCE = 30  # steps without a smaller validation error
-_END = 1e-6  # of the width of a box
 
 Masks = list[NDArray[np.bool_]]
 
@@ -68,103 +65,6 @@ class StalledFitWarning(UserWarning):
     """
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class HybridEstimate(Result):
-    """Estimated hybrid model.
-
-    Parameters
-    ----------
-    hybrid
-        Bound to the data; its model has the estimated values.
-    fit
-        Free run over all experiments.
-    search
-        Descents from all starts, in scaled parameters and errors.
-    stop
-        Why the last descent ended.
-    trained
-        Range of each network input on the fitted samples.
-    used
-        Shape (n,). Per experiment, the fitted samples.
-    """
-
-    hybrid: HybridModel
-    fit: Fit
-    search: MultiStart
-    stop: Stop
-    trained: tuple[TrainedRange, ...]
-    data: Dataset
-    used: tuple[NDArray[np.bool_], ...]
-
-    @property
-    def model(self) -> Model:
-        """Return the estimated model."""
-        return self.hybrid.model
-
-    @property
-    def rmse(self) -> dict[str, float]:
-        """Return the RMSE of the free run on the fitted samples, by output channel, in its unit."""
-        found = {}
-        for channel in self.model.output_channels:
-            errors = zip(self.fit.residual(self.data, channel), self.used, strict=True)
-            found[channel] = float(np.sqrt(np.nanmean(np.concatenate([e[mask] for e, mask in errors]) ** 2)))
-        return found
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Return what limits the fit, in sentences."""
-        told = []
-        if self.stop is Stop.STALLED:
-            told.append("The descent stalled before a minimum: try more starts, or other start values.")
-        if self.stop is Stop.ITERATIONS:
-            told.append("The limit of iterations ended the fit before its minimum: give more iterations.")
-        weights = self._weights
-        ends = [p for p in self.model.parameters if _at_an_end(p, self.model.values.get(p.name, np.nan))]
-        for p in ends:
-            if p.name not in weights:
-                told.append(
-                    f"{p.name} = {self.model.values[p.name]:.4g} {p.unit}".rstrip() + " lies at an end of its box."
-                )
-        if count := sum(p.name in weights for p in ends):
-            told.append(
-                f"Weights at their limit: {count}. The law that is learned may be steeper, or need less neurons."
-            )
-        return tuple(told)
-
-    @property
-    def _weights(self) -> set[str]:
-        return {parameter.name for placed in self.hybrid.networks for parameter in placed.term.parameters}
-
-    def _content(self) -> Iterator[Part]:
-        weights = self._weights
-        free = [p for p in self.model.parameters if p.lower < p.upper]
-        told = "".join(
-            f"; {p.name} = {self.model.values[p.name]:.4g} {p.unit}".rstrip() for p in free if p.name not in weights
-        )
-        where = ", ".join(f"{placed.topology}, {placed.couplings}" for placed in self.hybrid.networks)
-        started = f"start {self.search.winner + 1} of {len(self.search.descents)}"
-        yield f"{where}, {sum(p.name in weights for p in free)} weights{told}; {started}: {self.stop.value}"
-        units = {channel.name: channel.unit for channel in self.data.channels}
-        errors = (f"{channel} {rmse:.4g} {units.get(channel, '')}".rstrip() for channel, rmse in self.rmse.items())
-        yield f"RMSE of the free run: {', '.join(errors)}"
-        yield from self.notes
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the estimated model, the free run and the result of the search as plain data."""
-        return {
-            "networks": [
-                {"name": placed.term.name, "topology": placed.topology, "couplings": plain(placed.couplings)}
-                for placed in self.hybrid.networks
-            ],
-            "model": self.model.to_dict(),
-            "cost": plain(self.fit.cost),
-            "simulated": plain(self.fit.simulated),
-            "trained": plain(self.trained),
-            "search": str(self.search),
-            "notes": list(self.notes),
-        }
-
-
 def estimate(
     hybrid: HybridModel,
     data: Dataset,
@@ -177,6 +77,7 @@ def estimate(
     iterations: int = 300,
     regularisation: float | None = None,
     validation: float = 0.0,
+    scale: Mapping[str, float] | None = None,
     seed: int | np.random.Generator,
     progress: ProgressCallback | None = None,
 ) -> HybridEstimate:
@@ -203,6 +104,9 @@ def estimate(
         is found from the data; with `validation` it is zero.
     validation
         Share of the used samples, the last of each experiment, that stop the descents early and choose the start.
+    scale
+        Of each output channel, what its errors are divided by; by default its standard deviation. A smaller one gives
+        the channel a larger weight.
     progress
         Called after each step with a `Progress`.
 
@@ -239,6 +143,7 @@ def estimate(
         warn_of_few_couplings(hybrid.couplings, needed.couplings, stacklevel=2)
     # Prepare the free-run and the one-step-ahead problem, with scaled networks.
     hybrid = bound_to(hybrid, data)
+    _check_scale(scale, hybrid)
     masks = [np.arange(run.n_samples) >= data.n_init for run in data.experiments] if used is None else list(used)
     _check_count(Fitting(hybrid.model, data, masks))
     alone = first_principles(hybrid)
@@ -249,11 +154,11 @@ def estimate(
     points = [{**alone, **hidden_weights(hybrid, generator)} for _ in range(starts)]
     found_from_data = regularisation is None and not validation
     penalty = FIRST if found_from_data else regularisation or 0.0
-    stages = _Stages(hybrid, data, training, method, iterations, penalty)
+    stages = _Stages(hybrid, data, training, method, iterations, penalty, scale)
     begun = [stages.begin(values, error) for values in points]
     problem = stages.problem(error, begun[0])
     thetas = [problem.theta(values) for values in begun]
-    check = Fitting(hybrid.model, data, checking) if error == "simulation" else ahead_of(hybrid.model, data, checking)
+    check = replace(stages, used=checking).fitting(error)
     check.start(begun[0])
     search = multistart(
         method,
@@ -270,7 +175,7 @@ def estimate(
     theta = last.theta
     # Run freely over everything; a prediction fit still needs initial states.
     values = problem.values(theta)
-    free_run = Fitting(hybrid.model, data, masks)
+    free_run = Fitting(hybrid.model, data, masks, scale=scale)
     if error == "prediction":
         vector, cost = free_run.solve(free_run.start(values), held=free_run.run.parameters)
     else:
@@ -280,7 +185,9 @@ def estimate(
     found = free_run.result(vector, cost)
     hybrid = replace(hybrid, model=found.model)
     inputs = network_inputs(hybrid, lambda model: Fitting(model, data, masks), found.model.values, found.initial)
-    result = HybridEstimate(hybrid, found, search, last.stop, trained_ranges(hybrid, inputs, masks), data, tuple(masks))
+    result = HybridEstimate(
+        hybrid, found, search, last.stop, trained_ranges(hybrid, inputs, masks), data, tuple(masks), scale
+    )
     if result.stop is Stop.STALLED:
         warnings.warn(result.notes[0], StalledFitWarning, stacklevel=2)
     return result
@@ -296,12 +203,6 @@ def _check_options(error: str, starts: int, iterations: int, regularisation: flo
         raise ModelError(f"validation = {validation}: give a share of the samples between 0 and 0.5")
 
 
-def _at_an_end(p: Parameter, value: float) -> bool:
-    """Return whether a free parameter lies at an end of its box."""
-    near = _END * (p.upper - p.lower if np.isfinite(p.upper - p.lower) else 0.0)
-    return p.lower < p.upper and min(value - p.lower, p.upper - value) <= near
-
-
 @dataclass(frozen=True, eq=False)
 class _Stages:
     """What leads from a random start to the start of the final descent."""
@@ -312,9 +213,11 @@ class _Stages:
     method: Method
     iterations: int
     penalty: float
+    scale: Mapping[str, float] | None
 
     def fitting(self, error: str) -> Fitting:
-        return (ahead_of if error == "prediction" else Fitting)(self.hybrid.model, self.data, self.used)
+        kind = ahead_of if error == "prediction" else Fitting
+        return kind(self.hybrid.model, self.data, self.used, scale=self.scale)
 
     def problem(self, error: str, at: Mapping[str, float]) -> HybridError:
         plain = hybrid_error(self.fitting(error), self.hybrid, at)
@@ -335,6 +238,12 @@ class _Stages:
 def _mean_square(fitting: Fitting, vector: Array) -> float:
     with np.errstate(all="ignore"):
         return float(np.nan_to_num(np.mean(fitting.residual(vector) ** 2), nan=np.inf))
+
+
+def _check_scale(scale: Mapping[str, float] | None, hybrid: HybridModel) -> None:
+    channels = hybrid.model.output_channels
+    if scale is not None and (sorted(scale) != sorted(channels) or not all(0 < s < np.inf for s in scale.values())):
+        raise ModelError(f"scale = {dict(scale)}: give a positive number for each of {', '.join(channels)}")
 
 
 def _check_count(fitting: Fitting) -> None:

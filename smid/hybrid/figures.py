@@ -12,7 +12,7 @@ from smid.display.style import BLUE, INK, RED, SKY, WIDTH, style
 if TYPE_CHECKING:
     from smid.hybrid.cost_surface import CostSurface
     from smid.hybrid.learned_curve import LearnedCurve
-    from smid.hybrid.learned_law import ReadLaw
+    from smid.hybrid.read_law import ReadLaw
 
 __all__ = ["curve_figure", "surface_figure"]
 

@@ -8,9 +8,10 @@
     exponential           c exp(r x)
     coulomb_friction      c sign(x)
     stribeck_friction     (c + d exp(-|x|/f)) sign(x)
+    direction_dependence  c x + d|x|                             (another drag in each direction)
 
 The sign of an argument that changes sign is regularised as in the effects on rates: ``max(-1, min(1, x/s))``. For an
-argument of one sign it is left out, and the last two laws do not apply. Each law is linear in c and d.
+argument of one sign it is left out, and the last three laws do not apply. Each law is linear in c and d.
 """
 
 from __future__ import annotations
@@ -168,7 +169,7 @@ LAWS: tuple[Law, ...] = (
     Law(
         "exponential",
         {"amplitude": lambda a, s: sympy.exp(s["rate"] * a.x)},
-        {"rate": Shape((-10.0, 10.0), (-5.0, -1.5, 1.5, 5.0), -1)},
+        {"rate": Shape((-10.0, 10.0), (-5.0, -1.5, -0.3, 0.3, 1.5, 5.0), -1)},
     ),
     Law("coulomb_friction", {"dry": _way}, _STICKING, turning=True),
     Law(
@@ -177,5 +178,6 @@ LAWS: tuple[Law, ...] = (
         {**_STICKING, "fading": Shape((1e-2, 1.0), (0.05, 0.2), 1)},
         turning=True,
     ),
+    Law("direction_dependence", {"drag": lambda a, s: a.x, "onward": lambda a, s: sympy.Abs(a.x)}, turning=True),  # noqa: ARG005
 )
 """All laws; a new one is one line here."""

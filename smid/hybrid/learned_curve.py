@@ -12,7 +12,7 @@ from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.hybrid.ensemble import Ensemble
-from smid.hybrid.estimate import HybridEstimate
+from smid.hybrid.hybrid_estimate import HybridEstimate
 from smid.hybrid.neural import NeuralTerm, network_output
 from smid.models import ModelError
 

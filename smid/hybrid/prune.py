@@ -17,7 +17,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from smid.hybrid.estimate import HybridEstimate, estimate
+from smid.hybrid.estimate import estimate
+from smid.hybrid.hybrid_estimate import HybridEstimate
 from smid.hybrid.hybrid_model import HybridModel
 
 __all__ = ["prune"]
@@ -51,7 +52,10 @@ def prune(found: HybridEstimate, *, starts: int = 3, seed: int | np.random.Gener
     best = found
     smaller = list(_smaller(best.hybrid))
     while smaller:
-        tried = [estimate(hybrid, found.data, found.used, starts=starts, seed=generator) for hybrid in smaller]
+        tried = [
+            estimate(hybrid, found.data, found.used, starts=starts, scale=found.scale, seed=generator)
+            for hybrid in smaller
+        ]
         least = min(tried, key=_criterion)
         if _criterion(least) >= _criterion(best):
             break

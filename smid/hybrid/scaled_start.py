@@ -33,12 +33,14 @@ def has_sensor_curve(model: Model) -> bool:
     return any(item.inverse is not None for item in model.outputs)
 
 
-def ahead_of(model: Model, data: Dataset, used: Sequence[NDArray[np.bool_]]) -> Fitting:
+def ahead_of(
+    model: Model, data: Dataset, used: Sequence[NDArray[np.bool_]], *, scale: Mapping[str, float] | None = None
+) -> Fitting:
     """Return the fit of the one-step-ahead predictions over the samples that can be predicted."""
     if has_sensor_curve(model):
         raise ModelError(f"an output of {model.name!r} has a sensor curve: put the curve into the model's lines")
     # The first samples cannot be predicted: the samples before them are unknown.
-    return prediction(model, data, [mask & (np.arange(mask.size) >= model.max_lag) for mask in used])
+    return prediction(model, data, [mask & (np.arange(mask.size) >= model.max_lag) for mask in used], scale)
 
 
 def first_principles(hybrid: HybridModel) -> dict[str, float]:

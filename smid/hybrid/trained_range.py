@@ -24,7 +24,7 @@ from smid.models.expressions import shown
 from smid.models.sensitivities import Initial
 
 if TYPE_CHECKING:
-    from smid.hybrid.estimate import HybridEstimate
+    from smid.hybrid.hybrid_estimate import HybridEstimate
 
 __all__ = ["Extrapolation", "TrainedRange", "extrapolation", "network_inputs"]
 

@@ -220,6 +220,7 @@ def reactor():
         ("factor",),
         {(e, c): np.array([0.1 if e == "simulation" else np.inf]) for e in ERRORS for c in CELLS},
         np.ones(1),
+        {"factor": {name: np.ones(3) for name in ("plant", "first principles", *CELLS)}},
     )
     cells = itertools.product(TRAININGS, CELLS, VALIDATIONS)
     conditions = OtherConditions(("factor",), dict.fromkeys(cells, np.array([0.1])), {"sine": (np.ones(3),) * 3})
@@ -230,7 +231,8 @@ def reactor():
 def arm():
     network = TanhNetwork((1, 1), np.array([1000.0, 0.0, -0.43 / 16, 0.0]))
     ends, worse = np.array([21.7, 30.0]), np.array([[0.1, 0.2], [np.inf, 0.3]])
-    runs = EmbeddedRuns("one_sine", "random", ends, ends / 100, worse, worse[0], ends / 1e3, ends / 20)
+    points = np.ones((2, 11))
+    runs = EmbeddedRuns("one_sine", "random", ends, ends / 100, worse, worse[0], ends / 1e3, ends / 20, points)
     white = WhiteEstimate({"theta": 21.7, "b": 0.0027, "Ws": 1.6, "Wd": 0.43}, "exact", 0.01)
     many = NetworkRuns(ends, ends / 100, (network, network))
     yield from (runs, white, many, EmbeddedStudy((runs,)), Alternation(ends, network, 0.02))

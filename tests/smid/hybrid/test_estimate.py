@@ -202,3 +202,29 @@ def test_options_that_mean_nothing_are_refused(options, message):
 def test_networks_that_cannot_be_built_are_refused(make, message):
     with pytest.raises(ModelError, match=message):
         make()
+
+
+def test_the_scale_of_an_output_is_its_weight():
+    """Two outputs show lags of 2 s and 4 s: the one of the smaller scale decides."""
+    u = steps()
+    data = Dataset.from_arrays(input={"u": u}, output={"a": lag(2.0, u), "b": lag(4.0, u)}, sampling_time=1.0)
+    white = OwnModel(["d/dt w = (u - w) / tau"], {"a": "w", "b": "w"}, ["u"], {"tau": (0.5, 20.0)}, values={"tau": 3.0})
+    hybrid = embedded(white, {"w": 0.01}, [signal("w")[t]], ())
+    for channel, other, tau in (("a", "b", 2.0), ("b", "a", 4.0)):
+        found = estimate(hybrid, data, starts=1, scale={channel: 1e-3, other: 1.0}, seed=1)
+        assert found.model.values["tau"] == pytest.approx(tau, rel=0.05)
+        assert found.rmse[channel] < 0.05 * found.rmse[other]
+    with pytest.raises(ModelError, match="give a positive number for each of a, b"):
+        estimate(hybrid, data, scale={"a": 1.0}, seed=1)
+
+
+def test_a_known_function_constrains_the_output_of_a_network():
+    """The network has a line of its own; the outflow is its exponential, so it cannot turn negative."""
+    u = steps()
+    data = record(lag(3.0, u, outflow=lambda w: w * (1 + 0.5 * w)), u)
+    white = OwnModel(["z = 0*u", "d/dt w = (u - exp(z)*w) / 3"], {"y": "w"}, ["u"])
+    found = estimate(embedded(white, {"z": 1}, [signal("w")[t]], (2,)), data, starts=1, seed=1)
+    w = np.linspace(found.trained[0].lower, found.trained[0].upper, 20)
+    np.testing.assert_allclose(
+        np.exp(network_output(found.model, found.hybrid.term, w[:, None])), 1 + 0.5 * w, rtol=0.03
+    )

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from smid.signals import TABLE_F1, ModulatingFilter
 from smid.theses.chapter import Chapter, Drawing, Topic
 from smid.theses.hybrid.arm.alternating import alternate
 from smid.theses.hybrid.arm.embedded_arm import (
+    INERTIA_START,
     SPEED_UNIT,
     TORQUE_UNIT,
     embedded_arm,
@@ -41,6 +43,7 @@ from smid.theses.hybrid.arm.input_error import (
     modulate_motion,
 )
 from smid.theses.hybrid.arm.records import SAMPLING_TIME, held_record, thesis_record
+from smid.theses.hybrid.arm.traces import arm_traces, examples
 from smid.theses.hybrid.arm.white import TABLE_F2_START, WhiteEstimate, estimate_white
 
 if TYPE_CHECKING:
@@ -212,6 +215,9 @@ class ArmStudy(Chapter):
             self.network_table,
             Drawing(self._alternating_figure, "Figure F.12: 1/J of all seeds by alternating; band: the thesis."),
             Drawing(self._networks_figure, "Figure 6.11: networks by shape."),
+            Drawing(
+                self._alternating_traces, "Figure F.13: the run by alternating whose torque is nearest to the plant's."
+            ),
             Drawing(_filter_figure, "The modulating filter as a differentiator."),
         )
         yield Topic(
@@ -229,6 +235,7 @@ class ArmStudy(Chapter):
             "because both weights may change their signs. Beside it the error falls towards plateaus of large weights.",
             self.embedded,
             Drawing(self.embedded.plot, "1/J of every run; the line is the plant's."),
+            *self._examples(),
             Drawing(
                 lambda: figure_6_9().plot(),
                 "Free-run error [rad] over both weights, which have no unit; the red point is the smallest error.",
@@ -239,6 +246,22 @@ class ArmStudy(Chapter):
         from smid.theses.hybrid.arm.figures import alternating_figure
 
         return alternating_figure(self.alternating, SECTION_F3)
+
+    def _alternating_traces(self) -> Figure:
+        from smid.theses.hybrid.arm.figures import trace_figure
+
+        best = int(np.argmin(self.alternating.rmse))
+        point = np.append(self.alternating.theta[best] / INERTIA_START, self.alternating.networks[best].weights)
+        return trace_figure({"alternating": arm_traces(embedded_arm(HIDDEN, substeps=4), point, "one_sine")})
+
+    def _examples(self) -> Iterator[Drawing]:
+        """Yield figures F.4 with F.5, and F.8 with F.9, of the inputs that were run."""
+        from smid.theses.hybrid.arm.figures import trace_figure
+
+        for input, printed in (("six_unequal", "F.4 and F.5"), ("one_sine", "F.8 and F.9")):
+            if found := examples(self.embedded, input):
+                caption = f"Figures {printed}: trained record, validation, and the network with its neurons."
+                yield Drawing(partial(trace_figure, found), caption)
 
     def _networks_figure(self) -> Figure:
         """Draw the best network of each shape that input error found."""

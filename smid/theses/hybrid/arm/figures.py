@@ -1,4 +1,4 @@
-"""The figures of the arm: 1/J of the runs, friction curves, and the filter's response."""
+"""The figures of the arm: 1/J of the runs, friction curves, motions, and the filter's response."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     from smid.signals import ModulatingFilter
     from smid.theses.hybrid.arm.arm_study import NetworkRuns
     from smid.theses.hybrid.arm.embedded_study import EmbeddedStudy
+    from smid.theses.hybrid.arm.traces import Trace
 
-__all__ = ["alternating_figure", "friction_figure", "inertia_figure", "response_figure"]
+__all__ = ["alternating_figure", "friction_figure", "inertia_figure", "response_figure", "trace_figure"]
 
 CEILING = 30.0  # of 1/J, where bad runs are drawn that end beyond
 COLUMNS = 2
@@ -108,4 +109,35 @@ def response_figure(modulating: ModulatingFilter, sampling_time: float) -> Figur
         axes.set_ylim(1e-3, None)
         axes.grid(color=GRID, linewidth=0.4)
         axes.legend(title="ideal dashed")
+    return figure
+
+
+def trace_figure(traces: Mapping[str, Trace]) -> Figure:
+    """Draw for each embedded arm its motions beside the plant's, and its network with the single neurons."""
+    count = len(next(iter(traces.values())).motions)
+    with style():
+        figure = Figure(figsize=(WIDTH, 0.3 + 1.4 * (count + 1)), layout="constrained")
+        panels = figure.subplots(count + 1, len(traces), squeeze=False)
+        for column, (label, trace) in zip(panels.T, traces.items(), strict=True):
+            for axes, (name, (time, plant, model)) in zip(column, trace.motions.items(), strict=False):
+                axes.plot(time, plant, color=INK, linewidth=2.4, alpha=0.3, label="plant")
+                axes.plot(time, model, color=BLUE, label="embedded arm")
+                axes.set(xlabel="time [s]", ylabel="angle [rad]")
+                axes.set_title(name, loc="left", fontsize=7)
+            column[0].set_title(f"{label}\n{next(iter(trace.motions))}", loc="left", fontsize=7)
+            axes = column[-1]
+            axes.plot(trace.speed, true_friction(trace.speed), color=INK, linewidth=2.4, alpha=0.3)
+            for k, neuron in enumerate(trace.neurons):
+                axes.plot(trace.speed, neuron, color=ORANGE, linewidth=0.6, label=None if k else "single neurons")
+            axes.plot(trace.speed, trace.network, color=BLUE)
+            reach = 1.5 * np.abs(true_friction(trace.speed)).max()
+            axes.set(xlabel="speed [rad/s]", ylabel="torque [Nm]", ylim=(-reach, reach))
+        for axes in panels.flat:
+            axes.grid(color=GRID, linewidth=0.4)
+        drawn = {
+            label: line
+            for axes in (panels[0, 0], panels[-1, 0])
+            for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
+        }
+        figure.legend(list(drawn.values()), list(drawn), loc="outside lower center", ncols=3)
     return figure

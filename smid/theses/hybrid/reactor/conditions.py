@@ -1,8 +1,9 @@
 """Table 5 under other conditions: other training records, and validation at other levels and with other inputs.
 
 The thesis trains on records without noise and validates under the constant 0.5. Here the free-run models of table 5 are
-trained on the noisy staircase, on the same with noise on the output, and on a sine; and validated under three
-constants, a sine and another staircase, all without noise. Figure 6.2 shows two of these models.
+trained on the noisy staircase, on the same with noise on the output, on a sine, on white noise and on the QPRTS of
+tables 1 and 3; and validated under three constants, a sine and another staircase, all without noise. Figure 6.2 shows
+some of these models.
 
 Reference: hybrid thesis, sections 6.2.1 and 6.2.3, table 5, figure 6.2.
 """
@@ -32,6 +33,8 @@ TRAININGS: Mapping[str, tuple[str, float]] = {
     "staircase": ("noisy_staircase", 0.0),
     "staircase, 1 % noise": ("noisy_staircase", 0.01),
     "sine": ("sine", 0.0),
+    "white noise": ("noise", 0.0),
+    "QPRTS": ("qprts", 0.0),
 }
 """Signal, and bound of the noise as a share of the output's span."""
 

@@ -16,11 +16,13 @@ if TYPE_CHECKING:
     from smid.theses.hybrid.reactor.output_errors import OutputErrors
     from smid.theses.hybrid.reactor.requirements import RequirementStudy
 
-__all__ = ["output_error_figure", "requirement_figure", "training_figure"]
+__all__ = ["mismatch_figure", "output_error_figure", "requirement_figure", "training_figure"]
 
 _TITLES = {"prediction": "trained one step ahead", "simulation": "trained in free run"}
-_COLOURS = (RED, BLUE, ORANGE, SKY, GREEN)
+_COLOURS = (RED, BLUE, ORANGE, SKY, GREEN, INK)
 _SMALLEST, _LARGEST = 1e-6, 10.0
+_ACROSS = 3  # panels
+_DRAWN = {"first principles": "--", "series, extra": "-", "parallel, as analysed": ":", "network alone": "-."}
 
 
 def output_error_figure(study: OutputErrors) -> Figure:
@@ -34,7 +36,7 @@ def output_error_figure(study: OutputErrors) -> Figure:
         for axes, error in zip(panels, ERRORS, strict=True):
             axes.axvline(AXIS, color=GRID, linewidth=0.9)
             for k, (column, colour) in enumerate(zip(CELLS, _COLOURS, strict=True)):
-                places = np.arange(count) + 0.13 * (k - 2)
+                places = np.arange(count) + 0.13 * (k - 2.5)
                 values = np.clip(study.largest[error, column], _SMALLEST, _LARGEST)
                 axes.plot(values, places, "o", color=colour, markersize=4, label=column)
             axes.plot(study.alone, np.arange(count), "|", color=INK, markersize=12, label="first principles alone")
@@ -79,9 +81,12 @@ def requirement_figure(study: RequirementStudy) -> Figure:
 def training_figure(study: OtherConditions) -> Figure:
     """Draw plant, first principles, network and hybrid model of figure 6.2, by training record."""
     with style():
-        figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
-        panels = figure.subplots(1, len(study.runs), sharex=True, sharey=True, squeeze=False)[0]
-        for axes, (training, (plant, white, hybrid)) in zip(panels, study.runs.items(), strict=True):
+        rows = -(-len(study.runs) // _ACROSS)
+        figure = Figure(figsize=(WIDTH, 0.4 + 2.0 * rows), layout="constrained")
+        panels = figure.subplots(rows, _ACROSS, sharex=True, sharey=True, squeeze=False)
+        for axes in panels.flat[len(study.runs) :]:
+            axes.set_axis_off()
+        for axes, (training, (plant, white, hybrid)) in zip(panels.flat, study.runs.items(), strict=False):
             time = SAMPLING_TIME * np.arange(plant.size)
             axes.plot(time, plant, color=INK, linewidth=2.4, alpha=0.3, label="plant")
             axes.plot(time, white, color=ORANGE, linestyle="--", label="first principles")
@@ -90,7 +95,35 @@ def training_figure(study: OtherConditions) -> Figure:
             axes.set_title(training, loc="left", fontsize=8)
             axes.set(xlabel="time [s]", xlim=(0, 30))
             axes.grid(True, linewidth=0.4, color=GRID)
-        panels[0].set_ylabel("concentration [mol/m³]")
-        handles, labels = panels[0].get_legend_handles_labels()
+        for axes in panels.flat[max(0, len(study.runs) - _ACROSS) : len(study.runs)]:
+            axes.tick_params(labelbottom=True)
+        figure.supylabel("concentration [mol/m³]", fontsize=8)
+        handles, labels = panels[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=4)
+    return figure
+
+
+def mismatch_figure(study: OutputErrors) -> Figure:
+    """Draw plant, first principles and the models with enough back couplings under a constant, for each mismatch."""
+    rows = -(-len(study.plants) // _ACROSS)
+    with style():
+        figure = Figure(figsize=(WIDTH, 0.6 + 1.5 * rows), layout="constrained")
+        panels = figure.subplots(rows, _ACROSS, sharex=True, squeeze=False)
+        for axes in panels.flat[len(study.plants) :]:
+            axes.set_axis_off()
+        for axes, plant in zip(panels.flat, study.plants, strict=False):
+            runs = study.runs[plant]
+            time = SAMPLING_TIME * np.arange(runs["plant"].size)
+            axes.plot(time, runs["plant"], color=INK, linewidth=2.4, alpha=0.3, label="plant")
+            for (label, dash), colour in zip(_DRAWN.items(), (ORANGE, BLUE, GREEN, RED), strict=True):
+                axes.plot(time, runs[label], dash, color=colour, linewidth=0.9, label=label)
+            axes.set_title(plant.replace("_", " "), loc="left", fontsize=8)
+            axes.set(xlim=(0, 30))
+            axes.grid(True, linewidth=0.4, color=GRID)
+        for axes in panels.flat[max(0, len(study.plants) - _ACROSS) : len(study.plants)]:
+            axes.set_xlabel("time [s]")
+            axes.tick_params(labelbottom=True)
+        figure.supylabel("concentration [mol/m³]", fontsize=8)
+        handles, labels = panels[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=3)
     return figure

@@ -5,8 +5,8 @@ number that the analysis requires. Each model is estimated twice: one step ahead
 are validated in free run, under the constant input 0.5, on a tank that starts out of equilibrium.
 
 The thesis trains each cell with its best signal; here all are trained with the noisy staircase. The network has three
-neurons in series, two in parallel. The numbers of the thesis's table are missing in our copy. The axis of its figure
-6.7, which shows the models that were not "bad", ends at 0.25.
+neurons in series and alone, two in parallel. The numbers of the thesis's table are missing in our copy. The axis of its
+figure 6.7, which shows the models that were not "bad", ends at 0.25.
 
 Reference: hybrid thesis, section 6.2.3, table 5, figure 6.7, appendices A and C.
 """
@@ -14,7 +14,7 @@ Reference: hybrid thesis, section 6.2.3, table 5, figure 6.7, appendices A and C
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -27,9 +27,13 @@ from smid.data import Dataset
 from smid.display.result import Part, Tabular, plain
 from smid.display.table import Table, figure
 from smid.hybrid.back_couplings import EXTRA, SIMPLE, BackCouplings
-from smid.hybrid.estimate import ERRORS, HybridEstimate, estimate
+from smid.hybrid.estimate import ERRORS, estimate
+from smid.hybrid.hybrid_estimate import HybridEstimate
+from smid.hybrid.hybrid_model import HybridModel
+from smid.hybrid.network_only import network_only
 from smid.hybrid.parallel import parallel
 from smid.hybrid.series import series
+from smid.models import Model
 from smid.theses.hybrid.reactor.records import PLANTS, first_principles, free_run, reactor_record, white_reactor
 
 if TYPE_CHECKING:
@@ -45,9 +49,16 @@ CELLS: Mapping[str, tuple[str, BackCouplings]] = {
     "parallel, simple": ("parallel", SIMPLE),
     "parallel, extra": ("parallel", EXTRA),
     "parallel, as analysed": ("parallel", ASKED),
+    "network alone": ("network only", ASKED),
 }
-"""Columns of the table; the analysis requires (1, 1) in series, which is "extra", and (2, 2) in parallel."""
+"""Columns of the table; the analysis requires (1, 1) in series, which is "extra", and (2, 2) in parallel. The network
+alone, without first principles, is the baseline of the thesis's observation (d)."""
 
+_JOINS: Mapping[str, Callable[[Model, BackCouplings], HybridModel]] = {
+    "series": series,
+    "parallel": parallel,
+    "network only": network_only,
+}
 _WORDS = {"prediction": "one step ahead, as the thesis", "simulation": "free run"}
 
 
@@ -61,11 +72,14 @@ class OutputErrors(Tabular):
         Shape (n_plants,). By the trained error and the column of `CELLS`; infinite where the model diverges.
     alone
         Shape (n_plants,). Of the first principles alone.
+    runs
+        Shape (n,). By plant, then plant, first principles, and the columns of `CELLS`, trained in free run.
     """
 
     plants: tuple[str, ...]
     largest: Mapping[tuple[str, str], Array]
     alone: Array
+    runs: Mapping[str, Mapping[str, Array]]
 
     def table(self, error: str) -> Table:
         """Return the table for one of `ERRORS`."""
@@ -114,6 +128,12 @@ class OutputErrors(Tabular):
 
         return output_error_figure(self)
 
+    def plot_runs(self) -> Figure:
+        """Draw the runs of each plant, as appendices A and C."""
+        from smid.theses.hybrid.reactor.figures import mismatch_figure
+
+        return mismatch_figure(self)
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
         return {
@@ -149,6 +169,10 @@ def output_errors(
     (('factor',), True)
     """
     records = {plant: reactor_record(plant, "constant") for plant in plants}
+    runs = {
+        plant: {"plant": data.values("y"), "first principles": first_principles(plant, data)}
+        for plant, data in records.items()
+    }
     largest: dict[tuple[str, str], list[float]] = {}
     for plant, error, column in itertools.product(plants, ERRORS, CELLS):
         if progress is not None:
@@ -156,8 +180,12 @@ def output_errors(
         found = estimated_reactor(plant, *CELLS[column], error=error, starts=starts, iterations=iterations, seed=seed)
         run = free_run(found.hybrid, records[plant])
         largest.setdefault((error, column), []).append(largest_error(run, records[plant]))
-    alone = [largest_error(first_principles(plant, data), data) for plant, data in records.items()]
-    return OutputErrors(tuple(plants), {key: np.array(values) for key, values in largest.items()}, np.array(alone))
+        if error == "simulation":
+            runs[plant][column] = run
+    alone = [largest_error(runs[plant]["first principles"], data) for plant, data in records.items()]
+    return OutputErrors(
+        tuple(plants), {key: np.array(values) for key, values in largest.items()}, np.array(alone), runs
+    )
 
 
 def estimated_reactor(
@@ -188,9 +216,8 @@ def _estimated(
     signal: str,
     noise_share: float,
 ) -> HybridEstimate:
-    join = {"series": series, "parallel": parallel}[topology]
     data = reactor_record(plant, signal, seed, noise_share=noise_share)
-    hybrid = join(white_reactor(plant), couplings)
+    hybrid = _JOINS[topology](white_reactor(plant), couplings)
     return estimate(hybrid, data, error=error, starts=starts, iterations=iterations, seed=seed)
 
 

@@ -60,6 +60,9 @@ class ReactorStudy(Chapter):
             "read the model's past output. A parallel network lacks further past values.",
             self.errors,
             Drawing(self.errors.plot, "Figure 6.7: largest output errors; the line is the end of the thesis's axis."),
+            Drawing(
+                self.errors.plot_runs, "Appendices A and C: each mismatch under the constant, trained in free run."
+            ),
         )
         yield Topic(
             "Table 5 under other conditions",

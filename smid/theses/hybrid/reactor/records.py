@@ -18,7 +18,7 @@ from smid.fitting.binding import bind
 from smid.hybrid.hybrid_model import HYBRID, HybridModel
 from smid.models import Model, Reactor, simulate
 from smid.models.errors import refuse_unknown
-from smid.signals import constant, noisy_staircase, sine
+from smid.signals import constant, noise, noisy_staircase, qprts, sine
 from smid.theses.hybrid.full_reactor import simulate_full_reactor
 from smid.theses.hybrid.plants import MISMATCHES, reactor_base, simulate_reactor
 
@@ -29,10 +29,10 @@ FULL = "full_balances"
 PLANTS: tuple[str, ...] = (*MISMATCHES, FULL)
 """Table 2, the plant of (5.12), and the full balances."""
 
-REACH, VALIDATION = 0.4, 100
+REACH, TRAINING, VALIDATION = 0.4, 340, 100
 SUBSTEPS = 4  # of Runge and Kutta's scheme: the white model's error is then below 1e-6
 
-SIGNALS = ("noisy_staircase", "sine", "constant")
+SIGNALS = ("noisy_staircase", "sine", "constant", "noise", "qprts")
 
 
 def reactor_record(
@@ -45,7 +45,7 @@ def reactor_record(
     plant, signal
         One of `PLANTS`, and one of `SIGNALS`.
     seed
-        Of the staircase's noise and the output's.
+        Of the noise, in input and output, and of the QPRTS.
     noise_share
         Bound of the uniform noise on the output, as a share of the output's span.
     level
@@ -76,7 +76,11 @@ def _input(signal: str, seed: int, level: float) -> Array:
         return constant(VALIDATION, offset=level)
     if signal == "sine":
         return sine(100, amplitude=REACH, offset=level)
-    return noisy_staircase(340, seed=seed, steps=4, amplitude=REACH, offset=level, noise_amplitude=0.05)
+    if signal == "noise":
+        return noise(TRAINING, seed=seed, amplitude=REACH, offset=level)
+    if signal == "qprts":
+        return qprts(TRAINING, seed=seed, offset=level)
+    return noisy_staircase(TRAINING, seed=seed, steps=4, amplitude=REACH, offset=level, noise_amplitude=0.05)
 
 
 def white_reactor(plant: str) -> Model:

@@ -46,6 +46,9 @@ PRINTED = {
 
 IN_THESIS = ("series, extra", "parallel, simple")
 
+JOINED = tuple(column for column, (topology, _) in CELLS.items() if topology != "network only")
+"""Columns with first principles."""
+
 
 @dataclass(frozen=True, eq=False)
 class Learned:
@@ -167,7 +170,7 @@ class RequirementStudy(Tabular):
 
 def requirement_study(
     plants: Sequence[str] = LINEAR,
-    columns: Sequence[str] = tuple(CELLS),
+    columns: Sequence[str] = JOINED,
     *,
     starts: int = 3,
     iterations: int = 300,

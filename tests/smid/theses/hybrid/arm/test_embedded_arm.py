@@ -35,6 +35,8 @@ from smid.theses.hybrid.arm import (
     true_friction,
     white_free_run,
 )
+from smid.theses.hybrid.arm.figures import trace_figure
+from smid.theses.hybrid.arm.traces import examples
 
 SINE = TABLE_F1["one_sine"]
 
@@ -196,6 +198,26 @@ def test_candidates_are_judged_by_what_the_caller_says():
     problem, motion = embedded_error(embedded_arm((5,), scheme="rosenbrock"), record), modulate_motion(record)
     assert problem.error(multistart_start(motion, 5, seed=0)) == np.inf
     assert problem.error(multistart_start(motion, 5, judge=problem.errors, seed=0)) < 0.1**2
+
+
+def test_short_steps_learn_from_an_arm_that_sticks():
+    """With one implicit step a sample, 13 of 20 starts are not good."""
+    runs = run_embedded("six_equal", "stepped", [0])
+    assert runs.counts == (1, 0, 0)
+    assert runs.validation.max() < 0.001
+
+
+def test_examples_are_the_runs_that_were_counted():
+    study = embedded_study(["one_sine"], ["global", "small"], starts=1)
+    found = examples(study, "one_sine")
+    assert [label.split(":")[0] for label in found] == ["good", "bad"]
+    for trace, runs in zip(found.values(), study.runs, strict=True):
+        _, plant, model = trace.motions["another kind"]
+        error = np.sqrt(np.mean((model - plant) ** 2)) / np.ptp(plant)
+        assert error == pytest.approx(runs.validation[0, 1], rel=1e-6)
+    good = found["good: ours, no law: global search"]
+    np.testing.assert_allclose(good.network, true_friction(good.speed), atol=1.0)
+    assert trace_figure(found).axes[-1].lines
 
 
 @pytest.mark.parametrize("sines", TABLE_F1.values(), ids=TABLE_F1)
