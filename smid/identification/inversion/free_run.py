@@ -49,7 +49,12 @@ _BEYOND = 10.0  # noise bounds
 _SOLUTION = int(Operation.SOLUTION)
 
 compiled = compiling(
-    *(own.__file__ for own in (operations, phi, stages, step_box, integration, both_ends))
+    operations.__file__,
+    phi.__file__,
+    stages.__file__,
+    step_box.__file__,
+    integration.__file__,
+    both_ends.__file__,
 )
 
 

@@ -46,12 +46,10 @@ from relaxations.algebra.affine_arithmetic import (
     between,
     compiling,
     copy,
-    linear,
-    multiply,
     nothing_known,
 )
 from relaxations.algebra.arrays import Array, Index, Mask
-from relaxations.algebra.ball_arithmetic import EPSILON, TINY
+from relaxations.algebra.ball_arithmetic import EPSILON
 from smid.identification.inversion import operations, stages, step_box
 from smid.identification.inversion import phi as functions
 from smid.identification.inversion.phi import phi_of

@@ -22,14 +22,14 @@ from relaxations.algebra.affine_arithmetic import CENTRE, HIGH, LOW, RADIUS, SLO
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from smid.data import Dataset
+from smid.identification.inversion.bounded import with_bounds_measured
 from smid.identification.inversion.frame import Frame, middle_and_half, static_curves
 from smid.identification.inversion.free_run import enclose_run
 from smid.identification.inversion.pieces import Piece, Pieces
 from smid.identification.inversion.tape import tape_of
-from smid.models import Measurement, Model
+from smid.models import Model
 from smid.models.distribute import distributed
 from smid.models.running import at_sampling_time
-from smid.models.symbols import unused
 
 KEPT = 40
 """Symbols for what operations leave over, see :mod:`.free_run`."""
@@ -143,7 +143,7 @@ class Record:
     def __init__(self, model: Model, data: Dataset, bounds: Mapping[str, float]) -> None:
         model = at_sampling_time(model, data.sampling_time)
         self.model, self.data = distributed(model if model.enclosed else model.discretised()), data
-        model, runs, bounds = _with_bounds_measured(self.model, data, bounds)
+        model, runs, bounds = with_bounds_measured(self.model, data, bounds)
         self.tape = tape = tape_of(model)
         noise = {m.channel: bounds[m.channel] for m in model.measurements if m.noise is not None}
         plain = {m.signal: m.channel for m in model.measurements if m.inverse is None}
@@ -402,24 +402,3 @@ class Record:
 
 def _numbered(count: int) -> Index:
     return np.column_stack([np.arange(count), np.zeros(count, dtype=np.int64)])
-
-
-def _with_bounds_measured(
-    model: Model, data: Dataset, bounds: Mapping[str, float]
-) -> tuple[Model, list[dict[str, Array]], dict[str, float]]:
-    """Return a model that measures its bounded hidden signals, with the samples of each experiment, and the bounds.
-
-    To lie between two ends is to be measured as their middle, within half of their distance.
-    """
-    runs = [dict(run.values) for run in data.experiments]
-    within, taken = dict(bounds), set(model.names)
-    measurements = list(model.measurements)
-    for name, (low, high) in model.bounds.items():
-        channel, noise = (unused(f"{name}_{what}", taken) for what in ("between", "within"))
-        taken |= {channel, noise}
-        middle = 0.5 * low + 0.5 * high
-        within[channel] = max(high - middle, middle - low) * (1 + 4 * EPSILON)
-        for values, run in zip(runs, data.experiments, strict=True):
-            values[channel] = np.full(run.n_samples, middle)
-        measurements.append(Measurement(channel, name, noise))
-    return replace(model, measurements=tuple(measurements), bounds={}), runs, within
