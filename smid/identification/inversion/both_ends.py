@@ -61,10 +61,10 @@ def mean_rates(
     ends: Array,
     h: float,
     found: Array,
-) -> None:
-    """Write for each state a form that is zero: its rate less the difference between both ends.
+) -> bool:
+    """Write for each state a form that is zero: the difference between both ends, less what its rate makes of it.
 
-    Nothing is known where an end is not.
+    Return whether anything is known of all: of a box for the states, and of each end.
 
     Parameters
     ----------
@@ -97,7 +97,9 @@ def mean_rates(
             between(stage, i, least, most)
     inside = stay(program, sections[1], places, forms, jumps, stage, known, states, at_begin, given, low, high, h)
     for i in range(n):
-        if not (inside and math.isfinite(ends[i, 1] - ends[i, 0])):
+        inside = inside and math.isfinite(ends[i, 1] - ends[i, 0])
+    for i in range(n):
+        if not inside:
             nothing_known(found, i)
             continue
         between(w, 1, ends[i, 0], ends[i, 1])
@@ -122,3 +124,4 @@ def mean_rates(
         times(w, 2, 1, h)
         add(w, 3, 0, 2, -1.0)
         copy(found, i, w, 3)
+    return inside

@@ -121,7 +121,7 @@ def enclose_run(
     kept: int,
     anchor: float,
     defined_only: bool,
-    lean: bool,
+    may_end: bool,
     outputs: Array,
     bounded: Array,
     linked: Array,
@@ -149,8 +149,8 @@ def enclose_run(
         A measured state whose reach is beyond so many noise bounds is replaced by its measurement.
     defined_only
         Forms hold the runs that are real numbers throughout. If set, nothing is known of what may not be.
-    lean
-        Whether the integrated states are taken from measurements alone.
+    may_end
+        Whether to integrate no further, as that is costly, where what is left over outweighs what the unknowns say.
     outputs
         Shape (measured outputs, n, 4 + unknowns + shared). Each form is zero where the model fits the sample.
     bounded
@@ -158,7 +158,8 @@ def enclose_run(
     linked
         Shape (links, 4 + unknowns + shared).
     balances
-        See :func:`.both_ends.mean_rates`, shape (integrated, n, 4 + unknowns + shared) or (0, ...): none is written.
+        See :func:`.both_ends.mean_rates`, shape (integrated, n, 4 + unknowns + shared). Then states are taken
+        from measurements where both ends are known; with the shape (0, ...) they are integrated.
     """
     once, each, numbers, defined, remembered, first, rows, shared = tape
     initial, row_channels, row_signals, constraints, links = places
@@ -183,8 +184,7 @@ def enclose_run(
                 _named(forms, k, shared_from + place)
     for k in range(constraints.shape[0]):
         copy(bounded, k, forms, constraints[k])
-    # To integrate is costly: not where what is left over outweighs what the unknowns say.
-    may_end = integrated.shape[0] > 0 and not (lean or defined_only or math.isfinite(anchor))
+    lean = balances.shape[0] > 0
     oldest, lost = 0, False
     for now in range(n):
         if lost:
@@ -199,9 +199,10 @@ def enclose_run(
         for k in range(each.shape[0]):
             to = once.shape[0] + k
             if each[k, 0] == _SOLUTION and each[k, 1] == 0:
-                if balances.shape[0] and now > 0:
+                balanced = False
+                if lean and now > 0:
                     _measured(ends, own_signals, row_channels, row_signals, data, noise, now)
-                    mean_rates(
+                    balanced = mean_rates(
                         inner,
                         numbers,
                         once.shape[0] + each.shape[0],
@@ -220,7 +221,7 @@ def enclose_run(
                     )
                     for i in range(integrated.shape[0]):
                         _keep(balances[i], now, mean, i)
-                if lean:
+                if balanced:
                     for i in range(integrated.shape[0]):
                         between(stage, i, ends[i, 0], ends[i, 1])
                 else:

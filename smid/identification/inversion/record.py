@@ -321,15 +321,16 @@ class Record:
             noise = np.where(moved > 0, EPSILON * np.nanmax(np.abs(data), axis=1, initial=0.0), 0.0)  # of the sum above
         # A point, for which alone data are shifted, is one of the unknowns themselves.
         start = self._start(lower, upper, piece.unknowns, not shift)
-        # Where measurements show all states, they say as much as an anchored run, in less time.
-        balanced = len(tape.integrated) > 0 and np.isfinite(ANCHORS[a]) and not shift
-        lean = balanced and not self.hidden
-        kept = 0 if lean else KEPT
+        # Where measurements show all states, their balances say as much as an anchored run, in less time.
+        all_shown = len(tape.integrated) > 0 and not (shift or self.hidden)
+        lean, may_end = all_shown and np.isfinite(ANCHORS[a]), all_shown and not np.isfinite(ANCHORS[a])
+        balanced = len(tape.integrated) if lean else 0
+        kept = 0 if balanced else KEPT
         start = start[:, : start.shape[1] - KEPT + kept]
         width = SLOPES + len(piece.unknowns) + len(tape.shared)
         outputs = np.zeros((len(tape.rows), data.shape[1], width))
         constraints, linked = np.zeros((len(tape.constraints), width)), np.zeros((len(piece.links), width))
-        balances = np.zeros((len(tape.integrated) * balanced, data.shape[1], width))
+        balances = np.zeros((balanced, data.shape[1], width))
         balances[:, 0, [RADIUS, LOW, HIGH]] = np.inf, -np.inf, np.inf
         enclose_run(
             (tape.once, tape.each, tape.numbers, tape.defined, tape.remembered, tape.first, tape.rows, tape.shared),
@@ -348,7 +349,7 @@ class Record:
             kept,
             ANCHORS[a],
             bool(shift),
-            lean,
+            may_end,
             outputs,
             constraints,
             linked,
