@@ -32,11 +32,7 @@ _OUTER = 0.5  # a part beyond the verified points of at most this share of a box
 _POINT = 1e-9  # share of its size that counts as width, where the verified points have none
 _WIDE = 0.25  # a hidden state is shaved above this share of what is known of it beforehand
 _SLICES = 8
-_BACK = (
-    1e-6,
-    1e-3,
-    0.02,
-)  # shares of the way from a corner to the middle of verified points, tried for a point that fits
+_BACK = (1e-6, 1e-3, 0.02)  # shares of the way from a corner of the set to the middle of verified points
 _NARROW = 1e-13  # an unknown is not halved below this share of its size
 
 
