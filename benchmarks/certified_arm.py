@@ -1,6 +1,7 @@
 """Certified intervals of the arm over seeded noisy records: is the truth inside, and what does each input tell.
 
     python -m benchmarks.certified_arm --seeds 100
+    python -m benchmarks.certified_arm --identify six_unequal     (one record by `identify`, for comparison)
 
 For each row of table F.1, the tailored signal, and (--optimised) the one whose intervals are the narrowest: how often
 the thesis's arm lies inside all four intervals, and their median relative widths.  The prior is `PRIOR`, no starting
@@ -11,21 +12,26 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor
 from functools import partial
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from smid.data import Dataset
+from smid import Dataset, identify
 from smid.design import shrinking_input
 from smid.display.table import Table
+from smid.models import RotatingArm
 from smid.theses.hybrid.arm.exact_motion import ARM, exact_motion
 from smid.theses.hybrid.certified import PRIOR, CertifiedArm, certify_arm
 from smid.theses.hybrid.certified.box import CONSTANTS
 from smid.theses.hybrid.inputs import arm_inputs, arm_tailored, arm_widths
 from smid.theses.hybrid.inputs.input_study import NARROW, SAMPLES, SAMPLING_TIME, TAILORED
+
+# Of the general method: steps between two samples, and what is known of the speed beforehand, in rad/s.
+STEPS, FASTEST, TOLERANCE, SECONDS = 2, 100.0, 0.5, 120.0
+STICKING = {"Ws": (0.4, 10.0)}
 
 
 def inputs(samples: int, noise_bound: float, budget: int) -> dict[str, Array]:
@@ -41,11 +47,29 @@ def inputs(samples: int, noise_bound: float, budget: int) -> dict[str, Array]:
     return found
 
 
-def certified(u: Array, noise_bound: float, seed: int) -> CertifiedArm:
+def record(u: Array, noise_bound: float, seed: int) -> Dataset:
     angle = exact_motion(u, SAMPLING_TIME)[:, 0]
     noise = np.random.default_rng(seed).uniform(-noise_bound, noise_bound, len(u))
-    data = Dataset.from_arrays(input=u, output=angle + noise, sampling_time=SAMPLING_TIME)
-    return certify_arm(data, noise_bound)
+    return Dataset.from_arrays(input=u, output=angle + noise, sampling_time=SAMPLING_TIME)
+
+
+def certified(u: Array, noise_bound: float, seed: int) -> CertifiedArm:
+    return certify_arm(record(u, noise_bound, seed), noise_bound)
+
+
+def by_identify(u: Array, noise_bound: float, prior: Mapping[str, tuple[float, float]]) -> str:
+    """Return the intervals of the differential equation that the general method proves of the first record."""
+    model = RotatingArm(None, friction=True, drag=True, scheme="enclosed", substeps=STEPS)
+    began = time.process_time()
+    found = identify(
+        model.bound(**prior, speed=(-FASTEST, FASTEST)),
+        record(u, noise_bound, 0),
+        noise_bound,
+        tolerance=TOLERANCE,
+        seconds=SECONDS,
+    )
+    ends = ", ".join(f"{name} {found[name].lower:.6g} to {found[name].upper:.6g}" for name in CONSTANTS)
+    return f"prior {dict(prior)}: {ends} ({time.process_time() - began:.0f} s of the processor)"
 
 
 def row(name: str, found: list[CertifiedArm]) -> tuple[str, ...]:
@@ -81,7 +105,12 @@ def main() -> None:
         "--optimised", type=int, default=24, metavar="BUDGET", help="Inputs to look at; 0 leaves it out."
     )
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--identify", metavar="INPUT", choices=arm_inputs(SAMPLES), help="One record by `identify`.")
     options = parser.parse_args()
+    if options.identify:
+        for prior in (NARROW | STICKING, PRIOR | STICKING):
+            print(by_identify(arm_inputs(options.samples)[options.identify], options.noise, prior), flush=True)
+        return
     started = time.perf_counter()
     print(f"prior: {dict(PRIOR)}; |noise| <= {options.noise:g} rad; {options.samples} samples")
     signals = inputs(options.samples, options.noise, options.optimised)

@@ -32,8 +32,8 @@ from smid.hybrid.network_only import network_only
 from smid.hybrid.neural import NeuralTerm, network_of, network_output, with_network
 from smid.hybrid.parallel import parallel
 from smid.hybrid.prune import prune
-from smid.hybrid.recurrent import recurrent
 from smid.hybrid.read_law import ReadLaw
+from smid.hybrid.recurrent import recurrent
 from smid.hybrid.series import series
 from smid.hybrid.simultaneous import simultaneous
 from smid.hybrid.topology import Topology

@@ -66,7 +66,7 @@ from smid.theses.hybrid.arm import (
     NetworkRuns,
     WhiteEstimate,
 )
-from smid.theses.hybrid.certified import CertifiedArm, CertifiedReactor
+from smid.theses.hybrid.certified import CertifiedArm
 from smid.theses.hybrid.inputs import InputStudy
 from smid.theses.hybrid.inputs.input_study import InputRow
 from smid.theses.hybrid.reactor import OutputErrors, ReactorStudy, RequirementStudy, TimeConstants
@@ -186,7 +186,6 @@ def designed():
     yield arm
     four = fisher_information(np.eye(6)[:, :4], tuple(box), (1.0, 2.0, 3.0, 4.0), 1.0)
     yield InputStudy((InputRow("sines", np.ones(3), np.ones(3), 4, four, arm),), 0.02, 0.002)
-    yield CertifiedReactor({"tau": (1.9, 2.1), "a": (0.9, 1.1)}, 0.01, 1, 0.2)
 
 
 def networks():

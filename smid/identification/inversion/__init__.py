@@ -5,9 +5,9 @@ box of these a free run is enclosed in affine arithmetic, so each sample states 
 Linear programs contract the box, and their multipliers prove it. Boxes that reach beyond verified points are cut. This
 gives certified intervals, or the proof that the set is empty.
 
-From the bottom: :mod:`.operations`, :mod:`.phi`, :mod:`.stages` and :mod:`.integration` (rates between two samples),
-:mod:`.free_run` (the enclosures along a record), :mod:`.rates` and :mod:`.tape` (a model as a list of operations),
-:mod:`.pieces` (a record in parts, where states are hidden), :mod:`.record` (the rows of a box, and verified points),
-:mod:`.contraction`, :mod:`.outermost` (points near the ends), :mod:`.cover` (the boxes), :mod:`.inverted` (the
-intervals).
+From the bottom: :mod:`.operations`, :mod:`.phi`, :mod:`.stages`, :mod:`.step_box`, :mod:`.integration` and
+:mod:`.both_ends` (rates between two samples), :mod:`.free_run` (the enclosures along a record), :mod:`.rates` and
+:mod:`.tape` (a model as a list of operations), :mod:`.pieces` (a record in parts, where states are hidden),
+:mod:`.record` (the rows of a box, and verified points), :mod:`.contraction`, :mod:`.outermost` (points near the ends),
+:mod:`.cover` (the boxes), :mod:`.inverted` (the intervals).
 """

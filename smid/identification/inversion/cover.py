@@ -32,6 +32,7 @@ _OUTER = 0.5  # a part beyond the verified points of at most this share of a box
 _POINT = 1e-9  # share of its size that counts as width, where the verified points have none
 _WIDE = 0.25  # a hidden state is shaved above this share of what is known of it beforehand
 _SLICES = 8
+_BACK = (1e-6, 1e-3, 0.02)  # shares of the way from a corner of the set to the middle of verified points
 _NARROW = 1e-13  # an unknown is not halved below this share of its size
 
 
@@ -174,10 +175,19 @@ class Cover:
                 return
             if found.inside is not None:
                 frame = self.record.frame
-                self.add(found.inside if frame is None else frame.unknowns(found.inside))
+                point = found.inside if frame is None else frame.unknowns(found.inside)
+                if not self.add(point) and self.points and self._is_corner(box):
+                    # A corner of the set is too close to the noise bounds to be verified, but not what is near it.
+                    middle = np.mean(self.points, axis=0)
+                    any(self.add(point[: len(middle)] + share * (middle - point[: len(middle)])) for share in _BACK)
             before, now = (upper - lower)[self._free], (found.upper - found.lower)[self._free]
             if np.all(now >= (1 - _WORTH) * before) or self._beyond(box).max(initial=-np.inf) <= self.tolerance:
                 return
+
+    def _is_corner(self, box: Box) -> bool:
+        """Return whether a box is small beside the verified points."""
+        (lower, upper), (low, high), k = box.left, self.inner, self._targets
+        return bool(np.all(upper[k] - lower[k] < self.tolerance * (high[k] - low[k])))
 
     def _shaved(self, box: Box) -> Box:
         """Cut off what a piece proves empty at the ends of a hidden state that it begins with.

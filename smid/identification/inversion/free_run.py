@@ -25,6 +25,8 @@ from relaxations.algebra.affine_arithmetic import (
     HIGH,
     LOW,
     RADIUS,
+    SLOPES,
+    between,
     compiling,
     copy,
     interval,
@@ -33,17 +35,27 @@ from relaxations.algebra.affine_arithmetic import (
 )
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON
-from smid.identification.inversion import integration, operations, phi, stages
+from smid.identification.inversion import both_ends, integration, operations, phi, stages, step_box
+from smid.identification.inversion.both_ends import mean_rates
 from smid.identification.inversion.integration import integrate
 from smid.identification.inversion.operations import Operation, operate
 from smid.identification.inversion.stages import further_symbols
+from smid.identification.inversion.step_box import BEGIN
 
 NO_SAMPLE, ZERO = -2, -1
 """In place of an initial sample: there is none, or it is zero."""
 
+_BEYOND = 10.0  # noise bounds
 _SOLUTION = int(Operation.SOLUTION)
 
-compiled = compiling(operations.__file__, phi.__file__, stages.__file__, integration.__file__)
+compiled = compiling(
+    operations.__file__,
+    phi.__file__,
+    stages.__file__,
+    step_box.__file__,
+    integration.__file__,
+    both_ends.__file__,
+)
 
 
 @compiled
@@ -74,6 +86,30 @@ def _keep(target: Array, to: int, forms: Array, a: int) -> None:
 
 
 @compiled
+def _is_lost(forms: Array, a: int, kept_from: int, reach: float) -> bool:
+    """Return whether a form beyond some noise bounds is known little from its slopes."""
+    slopes = 0.0
+    for k in range(SLOPES, kept_from):
+        slopes += abs(forms[a, k])
+    total = spread(forms, a)
+    return bool(total > _BEYOND * reach and not slopes > 0.5 * total)
+
+
+@compiled
+def _measured(
+    ends: Array, signals: Index, row_channels: Index, row_signals: Index, data: Array, noise: Array, now: int
+) -> None:
+    """Write the least and the largest value of some signals at a sample, from measurements that show them."""
+    for i in range(ends.shape[0]):
+        ends[i, 0], ends[i, 1] = -math.inf, math.inf
+        for k in range(row_signals.shape[0]):
+            value = data[row_channels[k], now]
+            if row_signals[k] == signals[i] and math.isfinite(value):
+                reach = noise[row_channels[k]] * (1.0 + 4.0 * EPSILON) + EPSILON * abs(value)
+                ends[i, 0], ends[i, 1] = max(ends[i, 0], value - reach), min(ends[i, 1], value + reach)
+
+
+@compiled
 def enclose_run(
     tape: tuple[Index, Index, Array, Index, Mask, Index, Index, Index],
     rates: tuple[Index, Index, Index, float, int],
@@ -85,9 +121,11 @@ def enclose_run(
     kept: int,
     anchor: float,
     defined_only: bool,
+    may_end: bool,
     outputs: Array,
     bounded: Array,
     linked: Array,
+    balances: Array,
 ) -> None:
     """Write the forms of all measured outputs over a box.
 
@@ -111,12 +149,17 @@ def enclose_run(
         A measured state whose reach is beyond so many noise bounds is replaced by its measurement.
     defined_only
         Forms hold the runs that are real numbers throughout. If set, nothing is known of what may not be.
+    may_end
+        Whether to integrate no further, as that is costly, where what is left over outweighs what the unknowns say.
     outputs
         Shape (measured outputs, n, 4 + unknowns + shared). Each form is zero where the model fits the sample.
     bounded
         Shape (constraints, 4 + unknowns + shared).
     linked
         Shape (links, 4 + unknowns + shared).
+    balances
+        See :func:`.both_ends.mean_rates`, shape (integrated, n, 4 + unknowns + shared). Then states are taken
+        from measurements where both ends are known; with the shape (0, ...) they are integrated.
     """
     once, each, numbers, defined, remembered, first, rows, shared = tape
     initial, row_channels, row_signals, constraints, links = places
@@ -128,7 +171,8 @@ def enclose_run(
     width = start.shape[1] + further_symbols(inner, integrated.shape[0])
     unknown = np.zeros((unknowns, width))
     unknown[:, : start.shape[1]] = start
-    stage = np.zeros((integrated.shape[0], width))
+    stage, mean = np.zeros((integrated.shape[0], width)), np.zeros((integrated.shape[0], width))
+    ends, own_signals = np.zeros((integrated.shape[0], 2)), each[integrated[:, BEGIN] - once.shape[0], 1]
     forms = np.zeros((numbers.shape[0], width))
     past = np.zeros((signals, depth + 1, width))
     flat = past.reshape(signals * (depth + 1), width)
@@ -140,30 +184,64 @@ def enclose_run(
                 _named(forms, k, shared_from + place)
     for k in range(constraints.shape[0]):
         copy(bounded, k, forms, constraints[k])
-    oldest = 0
+    lean = balances.shape[0] > 0
+    oldest, lost = 0, False
     for now in range(n):
+        if lost:
+            for k in range(rows.shape[0]):
+                nothing_known(outputs[k], now)
+            for k in range(links.shape[0]):
+                if links[k, 1] == now:
+                    nothing_known(linked, k)
+            continue
         # Compute what the tape gives; states begin with their initial samples.
         signal = 0
         for k in range(each.shape[0]):
             to = once.shape[0] + k
             if each[k, 0] == _SOLUTION and each[k, 1] == 0:
-                integrate(
-                    inner,
-                    numbers,
-                    once.shape[0] + each.shape[0],
-                    sections,
-                    integrated,
-                    forms,
-                    unknown,
-                    past,
-                    stage,
-                    data,
-                    noise,
-                    now,
-                    defined_only,
-                    interval_length,
-                    substeps,
-                )
+                balanced = False
+                if lean and now > 0:
+                    _measured(ends, own_signals, row_channels, row_signals, data, noise, now)
+                    balanced = mean_rates(
+                        inner,
+                        numbers,
+                        once.shape[0] + each.shape[0],
+                        sections,
+                        integrated,
+                        forms,
+                        unknown,
+                        past,
+                        stage,
+                        data,
+                        noise,
+                        now,
+                        ends,
+                        interval_length,
+                        mean,
+                    )
+                    for i in range(integrated.shape[0]):
+                        _keep(balances[i], now, mean, i)
+                if balanced:
+                    for i in range(integrated.shape[0]):
+                        between(stage, i, ends[i, 0], ends[i, 1])
+                else:
+                    integrate(
+                        inner,
+                        numbers,
+                        once.shape[0] + each.shape[0],
+                        sections,
+                        integrated,
+                        forms,
+                        unknown,
+                        past,
+                        stage,
+                        data,
+                        noise,
+                        now,
+                        defined_only,
+                        interval_length,
+                        substeps,
+                    )
             operate(each[k], numbers[to], to, forms, unknown, past, stage, data, noise, now, defined_only)
             while signal < signals and defined[signal] <= to:
                 own = defined[signal]
@@ -183,6 +261,7 @@ def enclose_run(
             own, value = row_signals[k], data[row_channels[k], now]
             if own >= 0 and math.isfinite(value) and now >= first[own]:
                 state, reach = defined[own], noise[row_channels[k]]
+                lost = lost or (may_end and _is_lost(forms, state, kept_from, reach))
                 if spread(forms, state) > anchor * reach:
                     interval(forms, state, value, reach)
                 forms[state, LOW] = max(forms[state, LOW], value - reach * (1.0 + 4.0 * EPSILON) - EPSILON * abs(value))

@@ -46,55 +46,24 @@ from relaxations.algebra.affine_arithmetic import (
     between,
     compiling,
     copy,
-    linear,
-    multiply,
     nothing_known,
 )
 from relaxations.algebra.arrays import Array, Index, Mask
-from relaxations.algebra.ball_arithmetic import EPSILON, TINY
-from smid.identification.inversion import operations, stages
+from relaxations.algebra.ball_arithmetic import EPSILON
+from smid.identification.inversion import operations, stages, step_box
 from smid.identification.inversion import phi as functions
-from smid.identification.inversion.phi import STEEPEST, UP, phi, phi_of
-from smid.identification.inversion.stages import evaluate, fold, signs_among, taken
+from smid.identification.inversion.phi import phi_of
+from smid.identification.inversion.stages import add_product, evaluate, fold, signs_among, taken, times
+from smid.identification.inversion.step_box import BEGIN, FIRST, OTHERS, OWN, RATE, SECOND, away, stay
 
 LEVELS = 12
 """A step is halved at most so many times."""
 
 _ATTEMPTS = 16  # for each step between two samples, and each level
-_TRIALS = 8  # of a box for a step
-_WIDER = 0.2  # share by which each is widened
 _LEAVES = 1e-3  # share of the reach of a step by which a state that jumps hold back does not spread
 _HELD = 8  # values tried, beyond which a rate may lead back
 
-BEGIN, RATE, OWN, FIRST, OTHERS, SECOND = range(6)
-"""Forms of a state: its start, f_i, J_ii, f'_i, r_i and s_i."""
-
-compiled = compiling(operations.__file__, functions.__file__, stages.__file__)
-
-
-@compiled
-def _times(w: Array, to: int, a: int, factor: float) -> None:
-    """Write a form times a factor that is known within a few roundings."""
-    size = max(abs(w[a, LOW]), abs(w[a, HIGH]))
-    linear(w, to, a, factor, 0.0, 16.0 * EPSILON * abs(factor) * size if math.isfinite(size) else 0.0)
-
-
-@compiled
-def _add_product(w: Array, to: int, a: int, b: int, factor: float, spare: int) -> None:
-    """Add ``factor a b`` to a form."""
-    multiply(w, spare, a, b)
-    _times(w, spare + 1, spare, factor)
-    add(w, spare, to, spare + 1, 1.0)
-    copy(w, to, w, spare)
-
-
-@compiled
-def _away(begin: Array, stage: Array, i: int, low: float, high: float, w: Array, spare: int) -> None:
-    """Write the form of a state that is between two distances away from its begin."""
-    middle = 0.5 * low + 0.5 * high
-    copy(w, spare, begin, i)
-    linear(w, spare + 1, spare, 1.0, middle, max(high - middle, middle - low) * UP + TINY)
-    copy(stage, i, w, spare + 1)
+compiled = compiling(operations.__file__, functions.__file__, stages.__file__, step_box.__file__)
 
 
 @compiled
@@ -124,49 +93,36 @@ def _result(
     # Without any derivative.
     copy(w, 1, states, i)
     taken(w, 2, forms, places[i, RATE], signs)
-    _times(w, 3, 2, h)
+    times(w, 3, 2, h)
     add(w, 0, 1, 3, 1.0)
     if jumps[places[i, RATE]]:
         return
     # The first formula, into the fourth line.
     taken(w, 2, forms, places[i, OWN], signs)
-    _times(w, 3, 2, h)
+    times(w, 3, 2, h)
     phi_of(w, 6, 3, 1)
     phi_of(w, 7, 3, 2)
     phi_of(w, 8, 3, 3)
     copy(w, 4, states, i)
     copy(w, 5, at_begin, i)
-    _add_product(w, 4, 6, 5, h, 9)
+    add_product(w, 4, 6, 5, h, 9)
     taken(w, 2, forms, places[i, OTHERS], signs)
-    _add_product(w, 4, 7, 2, h * h, 9)
+    add_product(w, 4, 7, 2, h * h, 9)
     if w[4, RADIUS] < w[0, RADIUS]:
         copy(w, 0, w, 4)
     if jumps[places[i, FIRST]]:
         return
     # The second one.
     copy(w, 4, states, i)
-    _times(w, 9, 5, h)
+    times(w, 9, 5, h)
     add(w, 2, 4, 9, 1.0)
     copy(w, 4, w, 2)
     copy(w, 5, at_begin, n + i)
-    _add_product(w, 4, 7, 5, h * h, 9)
+    add_product(w, 4, 7, 5, h * h, 9)
     taken(w, 2, forms, places[i, SECOND], signs)
-    _add_product(w, 4, 8, 2, h * h * h, 9)
+    add_product(w, 4, 8, 2, h * h * h, 9)
     if w[4, RADIUS] < w[0, RADIUS]:
         copy(w, 0, w, 4)
-
-
-@compiled
-def _reach(forms: Array, places: Index, jumps: Mask, at_begin: Array, i: int, h: float, sign: float) -> float:
-    """Return an upper bound of how far a state rises (sign 1) or falls (-1) within a step, if its box holds."""
-    end = HIGH if sign > 0.0 else LOW
-    most = max(0.0, h * sign * forms[places[i, RATE], end])
-    if not jumps[places[i, RATE]]:
-        slope, q = h * forms[places[i, OWN], HIGH], sign * forms[places[i, OTHERS], end]
-        first, other = max(0.0, sign * at_begin[i, end]), max(0.0, q)
-        if slope <= STEEPEST and math.isfinite(first + other):
-            most = min(most, h * phi(slope, 1) * first + h * h * phi(slope, 2) * other)
-    return float(most * UP + TINY)
 
 
 @compiled
@@ -248,7 +204,7 @@ def integrate(
     states, at_begin, results = np.zeros((n, width)), np.zeros((2 * n, width)), np.zeros((n, width))
     w = np.zeros((12, width))
     low, high, held = np.zeros(n), np.zeros(n), np.zeros((n, 4))
-    jumped = np.zeros(n, dtype=np.bool_)
+    jumped, given = np.zeros(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
     finite = True
     for i in range(n):
         copy(states, i, forms, places[i, BEGIN])
@@ -268,33 +224,7 @@ def integrate(
             taken(at_begin, i, forms, places[i, RATE], signs)
             taken(at_begin, n + i, forms, places[i, FIRST], signs)
             jumped[i] = jumps[places[i, RATE]]
-            for sign in (-1.0, 1.0):
-                most = (1.0 + _WIDER) * _reach(forms, places, jumps, at_begin, i, h, sign)
-                most += _WIDER * h * abs(at_begin[i, HIGH] - at_begin[i, LOW])
-                most += 16.0 * EPSILON * max(abs(states[i, LOW]), abs(states[i, HIGH])) + TINY
-                if sign > 0.0:
-                    high[i] = most
-                else:
-                    low[i] = -most
-        # A box that the step does not leave.
-        inside = False
-        for _ in range(_TRIALS):
-            for i in range(n):
-                _away(states, stage, i, low[i], high[i], w, 0)
-            evaluate(program, sections[1], forms, jumps, stage, known)
-            inside, bounded = True, True
-            for i in range(n):
-                falls = -_reach(forms, places, jumps, at_begin, i, h, -1.0)
-                rises = _reach(forms, places, jumps, at_begin, i, h, 1.0)
-                inside = inside and low[i] < falls and rises < high[i]
-                bounded = bounded and math.isfinite(rises - falls)
-                results[i, LOW], results[i, HIGH] = falls, rises
-            if inside or not bounded:
-                break
-            for i in range(n):
-                low[i], high[i] = min(low[i], results[i, LOW]), max(high[i], results[i, HIGH])
-                wider = _WIDER * (high[i] - low[i])
-                low[i], high[i] = low[i] - wider, high[i] + wider
+        inside = stay(program, sections[1], places, forms, jumps, stage, known, states, at_begin, given, low, high, h)
         new_jump = False
         for i in range(n):
             new_jump = new_jump or (jumps[places[i, RATE]] and not jumped[i])
@@ -307,8 +237,7 @@ def integrate(
         # The box that was found, less what jumps hold back.
         for i in range(n):
             jumped[i] = jumps[places[i, RATE]]
-            low[i], high[i] = results[i, LOW], results[i, HIGH]
-            _away(states, stage, i, low[i], high[i], w, 0)
+            away(states, stage, i, low[i], high[i], w, 0)
             held[i, 0], held[i, 1], held[i, 2], held[i, 3] = -math.inf, math.inf, -math.inf, math.inf
         for i in range(n):
             if jumped[i]:

@@ -65,7 +65,8 @@ def _slope(expression: sympy.Expr, stage: sympy.Symbol) -> sympy.Expr:
     smooth = expression.replace(lambda node: isinstance(node, sympy.Max | sympy.Min), _with_size)
     constants = {jump: sympy.Dummy(real=True) for jump in smooth.atoms(*_JUMPS)}
     found = sympy.diff(smooth.xreplace(constants), stage)
-    return found.xreplace({dummy: jump for jump, dummy in constants.items()})
+    # A power of a state, divided by the state, is one power: so each state occurs less often.
+    return sympy.powsimp(found, combine="exp").xreplace({dummy: jump for jump, dummy in constants.items()})
 
 
 def _with_size(node: sympy.Expr) -> sympy.Expr:

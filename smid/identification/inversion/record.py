@@ -22,14 +22,14 @@ from relaxations.algebra.affine_arithmetic import CENTRE, HIGH, LOW, RADIUS, SLO
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from smid.data import Dataset
+from smid.identification.inversion.bounded import with_bounds_measured
 from smid.identification.inversion.frame import Frame, middle_and_half, static_curves
 from smid.identification.inversion.free_run import enclose_run
 from smid.identification.inversion.pieces import Piece, Pieces
 from smid.identification.inversion.tape import tape_of
-from smid.models import Measurement, Model
+from smid.models import Model
 from smid.models.distribute import distributed
 from smid.models.running import at_sampling_time
-from smid.models.symbols import unused
 
 KEPT = 40
 """Symbols for what operations leave over, see :mod:`.free_run`."""
@@ -45,6 +45,9 @@ LENGTH = 10
 
 LINKS = len(ANCHORS)
 """Added to an anchor: the row says that a piece ends where the next one begins."""
+
+BALANCES = 2 * LINKS
+"""In place of an anchor: the row compares a rate with what is known at both ends of an interval."""
 
 _UNKNOWN = 1e12
 _UP = 1 + 64 * EPSILON  # covers the sums below
@@ -64,7 +67,7 @@ class Rows:
         Shape (n, symbols).
     sources
         Shape (n, 4). Place of the anchor, piece, measured output, sample of the piece; `LINKS` more than the anchor,
-        piece, signal, sample; or `CONSTRAINT` or `PRIOR`, 0, which, 0.
+        piece, signal, sample; `BALANCES`, piece, integrated state, sample; or `CONSTRAINT` or `PRIOR`, 0, which, 0.
     impossible
         A row that no unknowns of the box keep; -1: none.
     """
@@ -90,12 +93,13 @@ class Group:
 
 @dataclass(frozen=True, eq=False)
 class _Forms:
-    """Forms of the measured outputs of a piece, with output and sample; of the constraints; of what is linked."""
+    """Forms of the measured outputs of a piece, with output and sample; of constraints; of what is linked; balances."""
 
     outputs: Array
     places: Index
     constraints: Array
     linked: Array
+    balances: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +143,7 @@ class Record:
     def __init__(self, model: Model, data: Dataset, bounds: Mapping[str, float]) -> None:
         model = at_sampling_time(model, data.sampling_time)
         self.model, self.data = distributed(model if model.enclosed else model.discretised()), data
-        model, runs, bounds = _with_bounds_measured(self.model, data, bounds)
+        model, runs, bounds = with_bounds_measured(self.model, data, bounds)
         self.tape = tape = tape_of(model)
         noise = {m.channel: bounds[m.channel] for m in model.measurements if m.noise is not None}
         plain = {m.signal: m.channel for m in model.measurements if m.inverse is None}
@@ -209,7 +213,7 @@ class Record:
     def knowledge(self, lower: Array, upper: Array) -> float:
         """Return how much the rows of a box say: minus the sum of the logarithms of their radii, cut at `_UNKNOWN`."""
         runs = [self._run(piece, a, lower, upper) for a in range(len(ANCHORS)) for piece in self.cut.parts]
-        radii = np.concatenate([forms[:, RADIUS] for run in runs for forms in (run.outputs, run.linked)])
+        radii = np.concatenate([forms[:, RADIUS] for run in runs for forms in (run.outputs, run.linked, *run.balances)])
         return -float(np.log(np.clip(radii, TINY, _UNKNOWN)).sum())
 
     def says_nothing(self, lower: Array, upper: Array) -> bool:
@@ -275,6 +279,8 @@ class Record:
         found = self._run(piece, a, lower, upper)
         unknowns = np.concatenate([piece.unknowns, len(lower) + np.arange(len(self.tape.shared))])
         yield _Block.of(found.outputs, unknowns, a, place, found.places)
+        forms = found.balances.reshape(-1, found.balances.shape[2])
+        yield _Block.of(forms, unknowns, BALANCES, place, np.argwhere(np.ones(found.balances.shape[:2], dtype=bool)))
         if len(piece.links):
             # What the run gives, less what the next piece begins with.
             there = piece.links[:, 2]
@@ -315,9 +321,17 @@ class Record:
             noise = np.where(moved > 0, EPSILON * np.nanmax(np.abs(data), axis=1, initial=0.0), 0.0)  # of the sum above
         # A point, for which alone data are shifted, is one of the unknowns themselves.
         start = self._start(lower, upper, piece.unknowns, not shift)
+        # Where measurements show all states, their balances say as much as an anchored run, in less time.
+        all_shown = len(tape.integrated) > 0 and not (shift or self.hidden)
+        lean, may_end = all_shown and np.isfinite(ANCHORS[a]), all_shown and not np.isfinite(ANCHORS[a])
+        balanced = len(tape.integrated) if lean else 0
+        kept = 0 if balanced else KEPT
+        start = start[:, : start.shape[1] - KEPT + kept]
         width = SLOPES + len(piece.unknowns) + len(tape.shared)
         outputs = np.zeros((len(tape.rows), data.shape[1], width))
         constraints, linked = np.zeros((len(tape.constraints), width)), np.zeros((len(piece.links), width))
+        balances = np.zeros((balanced, data.shape[1], width))
+        balances[:, 0, [RADIUS, LOW, HIGH]] = np.inf, -np.inf, np.inf
         enclose_run(
             (tape.once, tape.each, tape.numbers, tape.defined, tape.remembered, tape.first, tape.rows, tape.shared),
             (
@@ -332,14 +346,16 @@ class Record:
             data,
             noise,
             tape.depth,
-            KEPT,
+            kept,
             ANCHORS[a],
             bool(shift),
+            may_end,
             outputs,
             constraints,
             linked,
+            balances,
         )
-        return _Forms(outputs[piece.said], np.argwhere(piece.said), constraints, linked)
+        return _Forms(outputs[piece.said], np.argwhere(piece.said), constraints, linked, balances)
 
     @property
     def loose(self) -> tuple[str, ...]:
@@ -387,24 +403,3 @@ class Record:
 
 def _numbered(count: int) -> Index:
     return np.column_stack([np.arange(count), np.zeros(count, dtype=np.int64)])
-
-
-def _with_bounds_measured(
-    model: Model, data: Dataset, bounds: Mapping[str, float]
-) -> tuple[Model, list[dict[str, Array]], dict[str, float]]:
-    """Return a model that measures its bounded hidden signals, with the samples of each experiment, and the bounds.
-
-    To lie between two ends is to be measured as their middle, within half of their distance.
-    """
-    runs = [dict(run.values) for run in data.experiments]
-    within, taken = dict(bounds), set(model.names)
-    measurements = list(model.measurements)
-    for name, (low, high) in model.bounds.items():
-        channel, noise = (unused(f"{name}_{what}", taken) for what in ("between", "within"))
-        taken |= {channel, noise}
-        middle = 0.5 * low + 0.5 * high
-        within[channel] = max(high - middle, middle - low) * (1 + 4 * EPSILON)
-        for values, run in zip(runs, data.experiments, strict=True):
-            values[channel] = np.full(run.n_samples, middle)
-        measurements.append(Measurement(channel, name, noise))
-    return replace(model, measurements=tuple(measurements), bounds={}), runs, within

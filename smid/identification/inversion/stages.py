@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from relaxations.algebra.affine_arithmetic import (
@@ -9,11 +11,13 @@ from relaxations.algebra.affine_arithmetic import (
     LOW,
     RADIUS,
     Function,
+    add,
     between,
     compiling,
     copy,
     hull,
     interval,
+    linear,
     multiply,
     nothing_known,
 )
@@ -133,3 +137,19 @@ def evaluate(
                     part = total - one
                     if one - (total - part) == 0.0 and other - part == 0.0:
                         interval(forms, to, total, 0.0)
+
+
+@compiled
+def times(w: Array, to: int, a: int, factor: float) -> None:
+    """Write a form times a factor that is known within a few roundings."""
+    size = max(abs(w[a, LOW]), abs(w[a, HIGH]))
+    linear(w, to, a, factor, 0.0, 16.0 * EPSILON * abs(factor) * size if math.isfinite(size) else 0.0)
+
+
+@compiled
+def add_product(w: Array, to: int, a: int, b: int, factor: float, spare: int) -> None:
+    """Add ``factor a b`` to a form."""
+    multiply(w, spare, a, b)
+    times(w, spare + 1, spare, factor)
+    add(w, spare, to, spare + 1, 1.0)
+    copy(w, to, w, spare)

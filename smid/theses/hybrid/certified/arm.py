@@ -30,11 +30,10 @@ import numpy as np
 from relaxations.algebra.intervals import Intervals
 from relaxations.deadline import Progress
 from smid.data import DataError, Dataset
-from smid.display.result import Part
+from smid.display.result import Part, Tabular
 from smid.display.table import Table
 from smid.models.rotating_arm import DRAG, FRICTION, MOTOR
 from smid.theses.hybrid.certified.box import CONSTANTS, PRIOR, ArmBox
-from smid.theses.hybrid.certified.constants import CertifiedConstants
 from smid.theses.hybrid.certified.contraction import contracted, quotient, relaxed_problem
 from smid.theses.hybrid.certified.relations import arm_problem
 from smid.theses.hybrid.certified.speeds import ArmRecord, enclose_speeds
@@ -49,7 +48,7 @@ UNITS = {name: unit for name, (_, unit) in (MOTOR | DRAG | FRICTION).items()}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CertifiedArm(CertifiedConstants):
+class CertifiedArm(Tabular):
     """Intervals that contain the constants of every arm that explains the angles.
 
     Parameters
@@ -66,12 +65,27 @@ class CertifiedArm(CertifiedConstants):
         Number of boxes, and of contractions, each with eight linear programs.
     """
 
+    intervals: Mapping[str, tuple[float, float]]
     prior: Mapping[str, tuple[float, float]]
     speeds: Intervals
     noise_bound: float
     parts: int
     rounds: int
     seconds: float
+
+    def centre(self, name: str) -> float:
+        """Return the centre of a constant's interval."""
+        low, high = self.intervals[name]
+        return 0.5 * (low + high)
+
+    def relative_width(self, name: str) -> float:
+        """Return the width of a constant's interval relative to its centre."""
+        low, high = self.intervals[name]
+        return (high - low) / self.centre(name)
+
+    def holds(self, values: Mapping[str, float]) -> bool:
+        """Tell whether all the given constants lie inside."""
+        return all(low <= values[name] <= high for name, (low, high) in self.intervals.items())
 
     def determined(self, name: str) -> bool:
         """Tell whether the constant is proven within a factor of two.

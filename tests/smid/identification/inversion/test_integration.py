@@ -255,7 +255,7 @@ def test_the_intervals_hold_for_the_equation():
     h = by_scipy(lambda x, u: [truth["b"] * u - truth["g"] * math.sqrt(x[0])], u, [0.3], 2.0)[:, 0]
     y = h + rng.uniform(-1e-3, 1e-3, len(u))
     data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=2.0)
-    found = identify(make(scheme="enclosed", substeps=20), data, 1e-3, tolerance=0.2, seconds=60)
+    found = identify(make(scheme="enclosed", substeps=20), data, 1e-3, tolerance=0.2, nodes=1000)
     assert found.reason.name == "TIGHT"
     assert all(i.lower <= truth[i.name] <= i.upper for i in found)
     with pytest.raises(ModelError, match="no certificate can be written for the scheme 'enclosed'"):
