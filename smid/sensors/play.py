@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import Balls
 from smid.sensors.program import Block, Code
 from smid.sensors.ranges import Range
 
@@ -49,7 +50,7 @@ class Play:
     side: Array
 
 
-def play(signal: Array, threshold: float, before: float) -> Play:
+def play(signal: Array, threshold: Array | float, before: float) -> Play:
     """Return the response of a play operator.
 
     Parameters
@@ -57,7 +58,7 @@ def play(signal: Array, threshold: float, before: float) -> Play:
     signal
         Shape (n,). Position of the part that pushes.
     threshold
-        Half the slack, in the unit of the signal.
+        Half the slack, in the unit of the signal; one number, or shape (n,).
     before
         Position of the pushed part before the first sample.
 
@@ -80,15 +81,25 @@ def play(signal: Array, threshold: float, before: float) -> Play:
 
 @dataclass(frozen=True)
 class Pushed(Block):
-    """The position of the pushed part.
+    """The position of the pushed part; it may read a temperature, on which the slack depends.
 
     Parameters
     ----------
     threshold
-        Half the slack, in the unit of the signal.
+        Half the slack at the reference temperature, in the unit of the signal.
+    slope
+        Relative fall of the slack per unit of the temperature.
+    reference
+        In the unit of the temperature.
     """
 
     threshold: float
+    slope: float = 0.0
+    reference: float = 0.0
+
+    def slack(self, temperature: Array) -> Array:
+        """Return half the slack at each temperature."""
+        return np.asarray(self.threshold * np.exp(-self.slope * (temperature - self.reference)))
 
     def rest(self, first: Sequence[Array]) -> Array:
         """Return the middle of the slack; see `Block.rest`."""
@@ -96,33 +107,44 @@ class Pushed(Block):
 
     def advance(self, signals: Sequence[Array], memory: Array) -> tuple[Array, Array]:
         """Return the positions; see `Block.advance`."""
-        position = play(signals[0], self.threshold, float(memory[0])).position
+        slack = self.slack(signals[1]) if len(signals) > 1 else self.threshold
+        position = play(signals[0], slack, float(memory[0])).position
         return position, position[-1:]
 
     def enclose(self, signals: Sequence[Range], memory: Range, cells: int) -> tuple[Range, Range]:  # noqa: ARG002
-        """Return the range; it rises with the signal and with the memory; see `Block.enclose`."""
+        """Return the range; see `Block.enclose`.
+
+        The position rises with the signal and with the memory, and is monotone in the slack.
+        """
+        slack = Range.exact(self.threshold)
+        if len(signals) > 1:
+            cold = Balls.exact(-self.slope) * (signals[1].balls - Balls.exact(self.reference))
+            slack = Range.of(Balls.exact(self.threshold) * Range.of(cold).exp().balls)
 
         def clipped(before: Array, s: Array) -> Array:
-            return np.clip(before, s - self.threshold, s + self.threshold)
+            return np.array([np.clip(before, s - r, s + r) for r in (slack.lower, slack.upper)])
 
-        found = Range(clipped(memory.lower[0], signals[0].lower), clipped(memory.upper[0], signals[0].upper))
-        # The two sums of the clip are rounded.
-        slack = np.spacing(np.abs(signals[0].lower) + np.abs(signals[0].upper) + self.threshold)
-        moved = Range(found.lower - slack, found.upper + slack)
+        lower = clipped(memory.lower[0], signals[0].lower).min(axis=0)
+        upper = clipped(memory.upper[0], signals[0].upper).max(axis=0)
+        # The two sums of the clip are rounded; where the memory stays, it is exact.
+        rounding = np.spacing(np.abs(signals[0].lower) + np.abs(signals[0].upper) + slack.upper)
         found = Range(
-            np.where(found.lower == memory.lower[0], found.lower, moved.lower),
-            np.where(found.upper == memory.upper[0], found.upper, moved.upper),
+            np.where(lower == memory.lower[0], lower, lower - rounding),
+            np.where(upper == memory.upper[0], upper, upper + rounding),
         )
         return found, found[None]
 
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return the two clips; see `Block.code`."""
         s, r = signals[0], repr(self.threshold)
+        if len(signals) > 1:
+            r = f"{r} * exp({-self.slope!r} * ({signals[1]} - ({self.reference!r})))"
         return Code(
             update=(
-                f"{name} = m[0];\n"
-                f"if ({name} < {s} - {r}) {name} = {s} - {r};\n"
-                f"if ({name} > {s} + {r}) {name} = {s} + {r};\n"
+                f"{{ const double r = {r};\n"
+                f"  {name} = m[0];\n"
+                f"  if ({name} < {s} - r) {name} = {s} - r;\n"
+                f"  if ({name} > {s} + r) {name} = {s} + r; }}\n"
                 f"m[0] = {name};"
             ),
             size=1,

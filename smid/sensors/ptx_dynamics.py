@@ -1,29 +1,68 @@
-"""The dynamic part of PTX: smoothed pressure, play operators, and the effect of the temperature.
+"""The dynamic part of PTX: smoothed pressure, play operators, the effect of the temperature, and further effects.
 
     s = lag of P, with the time constant tau_s                          less noise
     g_k = place of s within the slack of play k, in [-1, 1]             hysteresis
-    q = exp(c_1 (T - T_0)) (s - sum_k w_k g_k) + c_2 (T - T_0)          pressure with the same effect at T_0
-    tau(T) = tau_0 exp(-c_3 (T - T_0))                                  slower oil when cold
+    q = exp(c_1 (T - T_0)) (s - F sum_k w_k g_k) + c_2 (T - T_0)        pressure with the same effect at T_0
+    z = f(q)                                                            static curve
+    x = lag of z, with the time constant tau_0 exp(-c_3 (T - T_0))      slower oil when cold
+
+F is 1. Each further effect changes one thing:
+
+    temperature   slack and force of every play are multiplied by exp(-c_4 (T - T_0))
+    level         F is multiplied by exp(c_5 (s - s_0))
+    rate          F is multiplied by exp(c_6 tanh(d / d_0)^2), d = s - lag of s with the time constant tau_r
+    flow          q passes a lag whose time constant depends on level and distance (`smid.sensors.flow`)
+    backlash      the position passes a play
 
 T_0 is the middle of the trained temperatures. A pressure minus a sum of plays of positive forces is a
 Prandtl-Ishlinskii operator. A record starts at rest: pressure and position have been constant, and s is in the middle
 of every slack.
+
+Reference: Brokate, Sprekels, "Hysteresis and Phase Transitions" (1996); for plays that depend on rate and level: Ang,
+Garmon, Khosla, Riviere, "Modeling rate-dependent hysteresis in piezoelectric actuators", IROS (2003), and Al Janaideh,
+Rakheja, Su, "An analytical generalized Prandtl-Ishlinskii model inversion", IEEE/ASME Trans. Mechatronics 16 (2011).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import Balls
+from smid.networks import TanhNetwork
+from smid.sensors.curve import NetworkBlock
+from smid.sensors.flow import Flow, FlowLaw
 from smid.sensors.lag import Lag
-from smid.sensors.program import Block, Code
+from smid.sensors.play import Pushed
+from smid.sensors.program import Block, Code, Program
 from smid.sensors.ranges import Range
 
-__all__ = ["Acting", "Dynamics"]
+__all__ = ["EFFECTS", "Acting", "Dynamics", "LevelLaw", "RateLaw"]
+
+T = TypeVar("T")
+
+EFFECTS = ("temperature", "level", "rate", "flow", "backlash")
+
+
+@dataclass(frozen=True)
+class LevelLaw:
+    """Relative rise of the friction per unit of the pressure, and the pressure where it is as trained."""
+
+    slope: float
+    reference: float
+
+
+@dataclass(frozen=True)
+class RateLaw:
+    """Logarithm of the friction's change at high rates, the rate in units of the pressure, and its lag in seconds."""
+
+    change: float
+    scale: float
+    time_constant: float
 
 
 @dataclass(frozen=True)
@@ -48,6 +87,10 @@ class Dynamics:
         Friction of each play while the pressure rises, in the unit of the pressure.
     reference
         The reference temperature; 0 without a temperature.
+    friction_slope
+        Relative fall of slack and friction per degree; None without the effect, as for the others.
+    backlash
+        Half the slack of the position, in its unit.
     """
 
     smoothing: float
@@ -58,37 +101,41 @@ class Dynamics:
     thresholds: tuple[float, ...]
     forces: tuple[float, ...]
     reference: float
+    friction_slope: float | None = None
+    level: LevelLaw | None = None
+    rate: RateLaw | None = None
+    flow: FlowLaw | None = None
+    backlash: float | None = None
 
-    def smoothed(self, sampling_time: float) -> Lag:
-        """Return the lag of the pressure."""
-        return Lag(self.smoothing, sampling_time)
-
-    def lagged(self, sampling_time: float) -> Lag:
-        """Return the lag of the position."""
-        return Lag(self.lag, sampling_time, self.lag_slope, self.reference)
-
-    def acting(self, smoothed: Array, pushed: Sequence[Array], temperature: Array) -> Array:
-        """Return the pressure with the same effect at the reference and without friction, shape (n,)."""
-        friction = np.zeros(smoothed.size)
-        for w, g in zip(self.forces, self.states(smoothed, pushed), strict=True):
-            friction = friction + w * g
-        warmth = temperature - self.reference
-        return np.asarray(self.gain(temperature) * (smoothed - friction) + self.shift_slope * warmth)
-
-    def states(self, smoothed: Array, pushed: Sequence[Array]) -> list[Array]:
-        """Return the place of the pressure within the slack of each play, from -1 to 1."""
-        return [(smoothed - h) / r for h, r in zip(pushed, self.thresholds, strict=True)]
-
-    def gain(self, temperature: Array) -> Array:
-        """Return the factor of the pressure at each temperature."""
-        return np.asarray(np.exp(self.gain_slope * (temperature - self.reference)))
+    def program(self, network: TanhNetwork, interval: float, pressure: str, temperature: str | None) -> Program:
+        """Return the steps from channels of these names, sampled with the interval in seconds."""
+        warmth = () if temperature is None else (temperature,)
+        program = Program().then(Lag(self.smoothing, interval), pressure)
+        smoothed, pushed = program.output, list[str]()
+        scheduled = () if self.friction_slope is None else warmth
+        for threshold in self.thresholds:
+            slack = Pushed(threshold, self.friction_slope or 0.0, self.reference)
+            program = program.then(slack, smoothed, *scheduled)
+            pushed.append(program.output)
+        slower = ()
+        if self.rate is not None:
+            program = program.then(Lag(self.rate.time_constant, interval), smoothed)
+            slower = (program.output,)
+        program = program.then(Acting(self), smoothed, *pushed, *slower, *warmth)
+        if self.flow is not None:
+            program = program.then(Flow(self.flow, interval, self.reference), program.output, *warmth)
+        program = program.then(NetworkBlock(network), program.output)
+        falls = ((self.lag_slope, self.reference),) * len(warmth)
+        program = program.then(Lag(self.lag, interval, falls), program.output, *warmth)
+        return program if self.backlash is None else program.then(Pushed(self.backlash), program.output)
 
 
 @dataclass(frozen=True)
 class Acting(Block):
     """The pressure with the same effect at the reference temperature and without friction.
 
-    It reads the smoothed pressure, each pushed part, and the temperature if there is one.
+    It reads the smoothed pressure, each pushed part, the slower pressure if the friction depends on the rate, and the
+    temperature if there is one.
     """
 
     dynamics: Dynamics
@@ -99,39 +146,86 @@ class Acting(Block):
 
     def advance(self, signals: Sequence[Array], memory: Array) -> tuple[Array, Array]:
         """Return the pressures; see `Block.advance`."""
+        numbers = self.dynamics
+        smoothed, pushed, slower, temperature = self._named(signals)
+        # The stiffness of a play does not depend on temperature: slack and force change in the same proportion.
+        friction = np.zeros(smoothed.size)
+        for w, r, h in zip(numbers.forces, numbers.thresholds, pushed, strict=True):
+            friction = friction + w * ((smoothed - h) / r)
+        if numbers.level is not None:
+            friction = np.exp(numbers.level.slope * (smoothed - numbers.level.reference)) * friction
+        if numbers.rate is not None and slower is not None:
+            friction = np.exp(numbers.rate.change * np.tanh((smoothed - slower) / numbers.rate.scale) ** 2) * friction
+        free = smoothed - friction
+        if temperature is None:
+            return np.asarray(free), memory
+        warmth = temperature - numbers.reference
+        return np.asarray(np.exp(numbers.gain_slope * warmth) * free + numbers.shift_slope * warmth), memory
+
+    def _named(self, signals: Sequence[T]) -> tuple[T, Sequence[T], T | None, T | None]:
+        """Return smoothed pressure, pushed parts, slower pressure and temperature."""
         smoothed, *others = signals
-        pushed = others[: len(self.dynamics.thresholds)]
-        warmth = others[-1] if len(others) > len(pushed) else np.full(smoothed.size, self.dynamics.reference)
-        return self.dynamics.acting(smoothed, pushed, warmth), memory
+        count = len(self.dynamics.thresholds)
+        rest = others[count:]
+        slower = rest.pop(0) if self.dynamics.rate is not None else None
+        return smoothed, others[:count], slower, rest[0] if rest else None
 
     def enclose(self, signals: Sequence[Range], memory: Range, cells: int) -> tuple[Range, Range]:  # noqa: ARG002
-        """Return the range, with each signal once: ``s (1 - sum_k w_k / r_k) + sum_k (w_k / r_k) h_k``."""
-        numbers, (smoothed, *others) = self.dynamics, signals
-        plays = list(zip(numbers.forces, numbers.thresholds, others, strict=False))
-        share, pushed = Balls.exact(1.0), Balls.exact(0.0)
-        for w, r, h in plays:
+        """Return the range; without level and rate with each signal once: ``s (1 - sum_k w_k / r_k) + ...``."""
+        numbers = self.dynamics
+        smoothed, parts, slower, temperature = self._named(signals)
+        share, pushed = Balls.exact(0.0), Balls.exact(0.0)
+        for w, r, h in zip(numbers.forces, numbers.thresholds, parts, strict=True):
             part = Balls.exact(w) / Balls.exact(r)
-            share, pushed = share - part, pushed + part * h.balls
-        free = Range.of(share * smoothed.balls + pushed)
+            share, pushed = share + part, pushed + part * h.balls
         # The friction of a play does not exceed its force.
-        most = sum(numbers.forces) * (1.0 + 1e-14)
-        free = free.meet(Range.of(smoothed.balls + Balls(np.asarray(0.0), np.asarray(most))))
-        if len(others) == len(plays):
+        most = Range.exact(sum(numbers.forces) * (1.0 + 1e-14))
+        if temperature is not None:
+            warmth = temperature.balls - Balls.exact(numbers.reference)
+            cold = Range.of(Balls.exact(-(numbers.friction_slope or 0.0)) * warmth).exp()
+            most = Range.of(most.balls * cold.balls)
+        factor = self._factor(smoothed, slower)
+        if factor is None:
+            free = Range.of((Balls.exact(1.0) - share) * smoothed.balls + pushed)
+            bound = most.upper
+        else:
+            free = Range.of(smoothed.balls - factor.balls * (share * smoothed.balls - pushed))
+            bound = Range.of(most.balls * factor.balls).upper
+        free = free.meet(Range.of(smoothed.balls + Balls(np.asarray(0.0), np.asarray(bound))))
+        if temperature is None:
             return free, memory
-        warmth = others[-1].balls - Balls.exact(numbers.reference)
         gain = Range.of(Balls.exact(numbers.gain_slope) * warmth).exp().balls
         return Range.of(gain * free.balls + Balls.exact(numbers.shift_slope) * warmth), memory
 
+    def _factor(self, smoothed: Range, slower: Range | None) -> Range | None:
+        """Return the range of the factor F of the friction; None where it is 1."""
+        level, rate = self.dynamics.level, self.dynamics.rate
+        if level is None and rate is None:
+            return None
+        exponent = Balls.exact(0.0)
+        if level is not None:
+            exponent = Balls.exact(level.slope) * (smoothed.balls - Balls.exact(level.reference))
+        found = Range.of(exponent).exp()
+        if rate is not None and slower is not None:
+            fast = Range.of((smoothed.balls - slower.balls) / Balls.exact(rate.scale)).tanh().square()
+            found = Range.of(found.balls * Range.of(Balls.exact(rate.change) * fast.balls).exp().balls)
+        return found
+
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return the formula; see `Block.code`."""
-        numbers, (s, *others) = self.dynamics, signals
+        numbers = self.dynamics
+        s, pushed, slower, temperature = self._named(signals)
         friction = "0.0"
-        for w, r, h in zip(numbers.forces, numbers.thresholds, others, strict=False):
+        for w, r, h in zip(numbers.forces, numbers.thresholds, pushed, strict=True):
             friction = f"{friction} + {w!r} * (({s} - {h}) / {r!r})"
+        if numbers.level is not None:
+            friction = f"exp({numbers.level.slope!r} * ({s} - ({numbers.level.reference!r}))) * ({friction})"
+        before = ""
+        if numbers.rate is not None and slower is not None:
+            before = f"const double fast = tanh(({s} - {slower}) / {numbers.rate.scale!r});\n"
+            friction = f"exp({numbers.rate.change!r} * (fast * fast)) * ({friction})"
         free = f"{s} - ({friction})"
-        if len(others) == len(numbers.thresholds):
-            return Code(update=f"{name} = {free};")
-        warmth = f"({others[-1]} - ({numbers.reference!r}))"
-        return Code(
-            update=f"{name} = exp({numbers.gain_slope!r} * {warmth}) * ({free}) + {numbers.shift_slope!r} * {warmth};"
-        )
+        if temperature is not None:
+            warmth = f"({temperature} - ({numbers.reference!r}))"
+            free = f"exp({numbers.gain_slope!r} * {warmth}) * ({free}) + {numbers.shift_slope!r} * {warmth}"
+        return Code(update=f"{{ {before}{name} = {free}; }}")

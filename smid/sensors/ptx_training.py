@@ -1,22 +1,22 @@
 """Training of PTX: all parameters at once, by least squares with analytic sensitivities.
 
-    theta = (log tau_s, log tau_0, c_3 R, c_1 R, c_2 R / S, log r_k, log w_k, weights)
+    theta = (log tau_s, log tau_0, c_3 R, c_1 R, c_2 R / S, those of the effects, log r_k, log w_k, weights)
 
 R and S are half the ranges of temperature and pressure. Without a temperature the three c have no effect and stay 0.
 The logarithms keep time constants, thresholds and forces positive, so that friction opposes motion and two plays cannot
 cancel each other.
 
-With s' the derivative of the smoothed pressure, the plays have ``h' = s'(last contact) + side r'`` and
-``g' = (s' - h' - g r') / r`` (`play`), the network adds ``df/dq q'``, and the lag filters the whole Jacobian (`lag`).
-The play is not differentiable at the samples where a contact begins.
+The dynamic part is differentiated forward (`dual`), the network backward; the lag and the backlash behind it act on the
+whole Jacobian. A play is not differentiable at the samples where a contact begins.
 
 70 % of the samples are fitted, 15 % stop the training; the simulation runs over all samples.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,15 +37,34 @@ from smid.networks import (
     scaling_of,
     sum_normal_equations,
 )
-from smid.sensors.lag import lag, lag_derivatives
-from smid.sensors.play import Play, play
-from smid.sensors.ptx_dynamics import Dynamics
+from smid.sensors.dual import Dual, parameters
+from smid.sensors.flow import FlowLaw
+from smid.sensors.ptx_dynamics import Dynamics, LevelLaw, RateLaw
 
-__all__ = ["PTXError", "Record", "train_ptx"]
+__all__ = ["PTXError", "Record", "extend_ptx", "train_ptx"]
 
 ITERATIONS, PATIENCE = 400, 30
-SCHEDULED = 5  # parameters before those of the plays
+SCHEDULED = 5  # parameters before those of effects and plays
 SMALLEST_PLAY, LARGEST_PLAY = 0.02, 0.06  # of the range of the pressure, where thresholds start
+STARTS = {
+    "temperature": (0.0,),  # c_4 R
+    "level": (0.0,),  # c_5 S
+    "rate": (0.0, -2.0, 0.0),  # c_6, log(d_0 / S), log(tau_r / 20 T_s)
+    "flow": (0.0, 0.0, 0.0, -1.0),  # log(tau / T_s), cooling R, stiffening S, log(growth S)
+    "backlash": (-4.0,),  # log of the slack, of half the range of the position
+}
+"""Parameters of each effect where it begins to be trained."""
+RATE_SAMPLES = 20.0
+
+T = TypeVar("T")
+
+
+def _exp(value: float) -> float:
+    return float(np.exp(value))
+
+
+def _log(value: float) -> float:
+    return float(np.log(value))
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +103,8 @@ class PTXError:
         Centre and half the range of the temperature.
     sampling_time
         In seconds.
+    effects
+        Among `EFFECTS`, in their order.
     """
 
     sizes: tuple[int, ...]
@@ -93,28 +114,95 @@ class PTXError:
     reference: float
     warmth: float
     sampling_time: float
+    effects: tuple[str, ...] = ()
+
+    def _parts(self, theta: Sequence[T]) -> tuple[dict[str, Sequence[T]], Sequence[T], Sequence[T]]:
+        """Return the parameters of each effect, of the thresholds and of the forces."""
+        begin = SCHEDULED
+        found: dict[str, Sequence[T]] = {}
+        for effect in self.effects:
+            found[effect] = theta[begin : begin + len(STARTS[effect])]
+            begin += len(STARTS[effect])
+        return found, theta[begin : begin + self.plays], theta[begin + self.plays : begin + 2 * self.plays]
+
+    @property
+    def n_dynamic(self) -> int:
+        """Number of parameters before the weights."""
+        return SCHEDULED + sum(len(STARTS[effect]) for effect in self.effects) + 2 * self.plays
 
     def dynamics(self, theta: Array) -> Dynamics:
-        """Return the dynamics of a parameter vector."""
-        m, unit = self.plays, float(self.scaling.half_range[0])
-        smoothing, lag_0 = np.exp(theta[:2]).tolist()
-        lag_slope, gain_slope, shift_slope = (theta[2:SCHEDULED] / self.warmth).tolist()
-        thresholds = np.exp(theta[SCHEDULED : SCHEDULED + m]).tolist()
-        forces = np.exp(theta[SCHEDULED + m : SCHEDULED + 2 * m]).tolist()
-        return Dynamics(
+        """Return the dynamics of a parameter vector; the backlash is that of scaled positions."""
+        unit, centre = float(self.scaling.half_range[0]), float(self.scaling.centre[0])
+        values: list[float] = theta[: self.n_dynamic].tolist()
+        effects, thresholds, forces = self._parts(values)
+        smoothing, lag_0 = np.exp(values[:2]).tolist()
+        lag_slope, gain_slope, shift_slope = (v / self.warmth for v in values[2:SCHEDULED])
+        made = Dynamics(
             smoothing,
             lag_0,
             lag_slope,
             gain_slope,
             unit * shift_slope,
-            tuple(thresholds),
-            tuple(forces),
+            tuple(np.exp(thresholds).tolist()),
+            tuple(np.exp(forces).tolist()),
             self.reference,
+        )
+        if "temperature" in effects:
+            made = replace(made, friction_slope=effects["temperature"][0] / self.warmth)
+        if "level" in effects:
+            made = replace(made, level=LevelLaw(effects["level"][0] / unit, centre))
+        if "rate" in effects:
+            change, scale, lag = effects["rate"]
+            made = replace(
+                made, rate=RateLaw(change, unit * _exp(scale), RATE_SAMPLES * self.sampling_time * _exp(lag))
+            )
+        if "flow" in effects:
+            lag, cooling, stiffening, growth = effects["flow"]
+            law = FlowLaw(
+                self.sampling_time * _exp(lag), cooling / self.warmth, stiffening / unit, centre, _exp(growth) / unit
+            )
+            made = replace(made, flow=law)
+        return replace(made, backlash=_exp(effects["backlash"][0])) if "backlash" in effects else made
+
+    def theta(self, dynamics: Dynamics, weights: Array) -> Array:
+        """Return the parameter vector of dynamics and of the weights of the scaled network.
+
+        An effect that the dynamics lack is at its start.
+        """
+        unit, interval, level, rate, flow = (
+            float(self.scaling.half_range[0]), self.sampling_time, dynamics.level, dynamics.rate, dynamics.flow
+        )  # fmt: skip
+        known: dict[str, tuple[float, ...]] = dict(STARTS)
+        if dynamics.friction_slope is not None:
+            known["temperature"] = (dynamics.friction_slope * self.warmth,)
+        if level is not None:
+            known["level"] = (level.slope * unit,)
+        if rate is not None:
+            known["rate"] = (
+                rate.change, _log(rate.scale / unit), _log(rate.time_constant / (RATE_SAMPLES * interval))
+            )  # fmt: skip
+        if flow is not None:
+            known["flow"] = (
+                _log(flow.time_constant / interval), flow.cooling * self.warmth, flow.stiffening * unit,
+                _log(flow.growth * unit),
+            )  # fmt: skip
+        if dynamics.backlash is not None:
+            known["backlash"] = (_log(dynamics.backlash),)
+        slopes = np.array([dynamics.lag_slope, dynamics.gain_slope, dynamics.shift_slope / unit]) * self.warmth
+        return np.concatenate(
+            [
+                np.log([dynamics.smoothing, dynamics.lag]),
+                slopes,
+                *(known[effect] for effect in self.effects),
+                np.log(dynamics.thresholds),
+                np.log(dynamics.forces),
+                weights,
+            ]
         )
 
     def network(self, theta: Array) -> TanhNetwork:
         """Return the network, of scaled inputs, of a parameter vector."""
-        return TanhNetwork(self.sizes, theta[SCHEDULED + 2 * self.plays :])
+        return TanhNetwork(self.sizes, theta[self.n_dynamic :])
 
     def error(self, theta: Array) -> float:
         """Return the mean squared error of the samples that count."""
@@ -126,18 +214,11 @@ class PTXError:
 
     def positions(self, theta: Array, record: Record) -> Array:
         """Return the scaled positions, shape (n,)."""
-        dynamics = self.dynamics(theta)
-        smoothed, plays = self._pushed(dynamics, record)
-        acting = dynamics.acting(smoothed, [p.position for p in plays], record.temperature)
-        target = self.network(theta)(self.scaling.apply(acting[:, None]))
-        return lag(target, dynamics.lagged(self.sampling_time).pole(record.temperature), float(target[0]))
-
-    def _pushed(self, dynamics: Dynamics, record: Record) -> tuple[Array, list[Play]]:
-        """Return the smoothed pressure and the plays, from rest."""
-        first, n = float(record.pressure[0]), record.pressure.size
-        pole = dynamics.smoothed(self.sampling_time).pole(np.full(n, 0.0))
-        smoothed = lag(record.pressure, pole, first)
-        return smoothed, [play(smoothed, r, first) for r in dynamics.thresholds]
+        kept = Scaling(np.zeros(1), np.ones(1))
+        network = fold(self.network(theta), self.scaling, kept)
+        program = self.dynamics(theta).program(network, self.sampling_time, "p", "t")
+        signals, _ = program.advance({"p": record.pressure, "t": record.temperature})
+        return signals[program.output]
 
     def normal_equations(self, theta: Array) -> NormalEquations:
         """Return the normal equations of the samples that count."""
@@ -150,45 +231,77 @@ class PTXError:
 
     def sensitivities(self, theta: Array, record: Record) -> tuple[Array, Array]:
         """Return the scaled positions, shape (n,), and their derivatives, shape (n, p)."""
-        # The smoothed pressure and its derivative by log tau_s.
-        dynamics, m, interval = self.dynamics(theta), self.plays, self.sampling_time
-        pressure, n = record.pressure, record.pressure.size
-        smoothed, plays = self._pushed(dynamics, record)
-        decay = float(dynamics.smoothed(interval).pole(np.asarray(0.0)))
-        # d exp(-T / tau) / d log tau = exp(-T / tau) T / tau
-        gain = decay * interval / dynamics.smoothing
-        before = np.concatenate([pressure[:1], smoothed[:-1]])
-        by_smoothing = lag_derivatives((gain * (before - pressure))[None, :], np.full(n, decay))[0]
+        numbers = parameters(theta[: self.n_dynamic])
+        effects, thresholds, forces = self._parts(numbers)
+        n, interval, unit = record.pressure.size, self.sampling_time, float(self.scaling.half_range[0])
+        warmth = (record.temperature - self.reference) / self.warmth
+        pressure = Dual((record.pressure - self.scaling.centre[0]) / unit, np.zeros((self.n_dynamic, n)))
 
-        # The network's input, and the derivatives of the network's output.
-        pushed = [p.position for p in plays]
-        states, unit = dynamics.states(smoothed, pushed), self.scaling.half_range[0]
-        acting = dynamics.acting(smoothed, pushed, record.temperature)
-        part = self.network(theta).linearise(self.scaling.apply(acting[:, None]))
-        by_acting, warmth = part.by_inputs[:, 0] / unit, record.temperature - self.reference
-        by_pressure = by_acting * dynamics.gain(record.temperature)
-        sources = np.zeros((theta.size, n))
-        sources[0] = by_pressure * by_smoothing
-        sources[3] = by_acting * (acting - dynamics.shift_slope * warmth) * warmth / self.warmth
-        sources[4] = by_acting * unit * warmth / self.warmth
-        for k, (moved, r, w) in enumerate(zip(plays, dynamics.thresholds, dynamics.forces, strict=True)):
-            moving = np.where(moved.side != 0.0, by_smoothing[moved.contact], 0.0)
-            sources[0] -= by_pressure * w * (by_smoothing - moving) / r
-            sources[SCHEDULED + k] = by_pressure * w * (moved.side + states[k])
-            sources[SCHEDULED + m + k] = -by_pressure * w * states[k]
-        sources[SCHEDULED + 2 * m :] = part.by_weights.T
+        # The dynamic part, in units of half the range of the pressure.
+        s = pressure.lagged((-((-numbers[0]).exp() * interval)).exp())
+        friction = Dual(np.zeros(n), np.zeros((self.n_dynamic, n)))
+        cold = (effects["temperature"][0] * -warmth).exp() if "temperature" in effects else None
+        for log_r, log_w in zip(thresholds, forces, strict=True):
+            r = log_r.exp()
+            slack = (r if cold is None else r * cold) * (1.0 / unit)
+            friction = friction + (s - s.pushed(slack)) * (log_w.exp() / r)
+        if "level" in effects:
+            friction = friction * (effects["level"][0] * s).exp()
+        if "rate" in effects:
+            change, scale, slow = effects["rate"]
+            d = s - s.lagged((-((-slow).exp() * (1.0 / RATE_SAMPLES))).exp())
+            fast = (d / scale.exp()).tanh()
+            friction = friction * (change * fast * fast).exp()
+        middle = float(self.scaling.centre[0]) / unit
+        q = (numbers[3] * warmth).exp() * (s - friction + middle) + numbers[4] * warmth - middle
+        if "flow" in effects:
+            q = q.flowed(*effects["flow"], warmth)
 
-        # The lag filters all derivatives; its own two parameters act through the pole.
-        decays = dynamics.lagged(interval).pole(record.temperature)
-        position = lag(part.outputs, decays, float(part.outputs[0]))
-        behind = np.concatenate([part.outputs[:1], position[:-1]]) - part.outputs
-        tau = dynamics.lag * np.exp(-dynamics.lag_slope * warmth)
-        first = sources[:, 0].copy()
-        sources *= 1.0 - decays
-        sources[:, 0] = first
-        sources[1] = behind * decays * interval / tau
-        sources[2] = -sources[1] * warmth / self.warmth
-        return position, lag_derivatives(sources, decays).T
+        # The network, then the lag and the backlash, which act on the derivatives by the weights too.
+        part = self.network(theta).linearise(q.value[:, None])
+        slopes = np.zeros((theta.size, n))
+        slopes[: self.n_dynamic] = part.by_inputs[:, 0] * q.slopes
+        slopes[self.n_dynamic :] = part.by_weights.T
+        late = (-(((-numbers[1]) + numbers[2] * warmth).exp() * interval)).exp()
+        poles = np.zeros((theta.size, n))
+        poles[: self.n_dynamic] = late.slopes
+        x = Dual(part.outputs, slopes).lagged(Dual(late.value, poles))
+        if "backlash" in effects:
+            gap = effects["backlash"][0].exp()
+            x = x.pushed(Dual(gap.value, np.concatenate([gap.slopes, np.zeros((theta.size - self.n_dynamic, 1))])))
+        return x.value, x.slopes.T
+
+
+def _problem(
+    data: Dataset,
+    channels: tuple[str, ...],
+    output: str,
+    hidden: tuple[int, ...],
+    plays: int,
+    effects: tuple[str, ...],
+    generator: np.random.Generator,
+) -> tuple[PTXError, PTXError, Scaling]:
+    """Return the errors of the fitted and of the stopping samples, and the scaling of the output."""
+    position = data.stacked(output)
+    ranges = scaling_of(np.stack([data.stacked(name) for name in channels], axis=1), channels)
+    scaled = scaling_of(position[:, None], [output])
+    inputs = Scaling(ranges.centre[:1], ranges.half_range[:1])
+    reference, warmth = (float(ranges.centre[1]), float(ranges.half_range[1])) if len(channels) > 1 else (0.0, 1.0)
+    split = random_split(position.size, generator)
+    learning, checking = (
+        PTXError(
+            (1, *hidden),
+            plays,
+            _records(data, channels, output, scaled, rows),
+            inputs,
+            reference,
+            warmth,
+            data.sampling_time,
+            effects,
+        )
+        for rows in (split.training, split.validation)
+    )
+    return learning, checking, scaled
 
 
 def train_ptx(
@@ -197,6 +310,7 @@ def train_ptx(
     output: str,
     hidden: tuple[int, ...],
     plays: int,
+    effects: tuple[str, ...],
     *,
     seed: int | np.random.Generator,
     starts: int,
@@ -218,30 +332,45 @@ def train_ptx(
     """
     if starts < 1:
         raise ModelError(f"starts = {starts}: give a positive number")
-    # Scale and split the samples.
     generator = np.random.default_rng(seed)
-    sizes = (1, *hidden)
-    position = data.stacked(output)
-    ranges = scaling_of(np.stack([data.stacked(name) for name in channels], axis=1), channels)
-    scaled = scaling_of(position[:, None], [output])
-    inputs = Scaling(ranges.centre[:1], ranges.half_range[:1])
-    reference, warmth = (float(ranges.centre[1]), float(ranges.half_range[1])) if len(channels) > 1 else (0.0, 1.0)
-    split = random_split(position.size, generator)
-    learning, checking = (
-        PTXError(
-            sizes, plays, _records(data, channels, output, scaled, rows), inputs, reference, warmth, data.sampling_time
-        )
-        for rows in (split.training, split.validation)
-    )
+    learning, checking, scaled = _problem(data, channels, output, hidden, plays, effects, generator)
     # Start from short time constants, small plays and random networks.
-    slack = np.log(2.0 * float(ranges.half_range[0]) * np.geomspace(SMALLEST_PLAY, LARGEST_PLAY, plays))
+    slack = np.log(2.0 * float(learning.scaling.half_range[0]) * np.geomspace(SMALLEST_PLAY, LARGEST_PLAY, plays))
     times = np.log([data.sampling_time, 2.0 * data.sampling_time])
-    known = np.concatenate([times, np.zeros(SCHEDULED - times.size), slack, slack])
-    first = [np.concatenate([known, nguyen_widrow(sizes, generator).weights]) for _ in range(starts)]
-    if first[0].size > split.training.size:
+    begun = [STARTS[effect] for effect in effects]
+    known = np.concatenate([times, np.zeros(SCHEDULED - times.size), *begun, slack, slack])
+    first = [np.concatenate([known, nguyen_widrow(learning.sizes, generator).weights]) for _ in range(starts)]
+    return _descended(learning, checking, scaled, first, progress)
+
+
+def extend_ptx(
+    data: Dataset,
+    channels: tuple[str, ...],
+    output: str,
+    dynamics: Dynamics,
+    network: TanhNetwork,
+    effects: tuple[str, ...],
+    *,
+    seed: int | np.random.Generator,
+    progress: ProgressCallback | None = None,
+) -> tuple[Dynamics, TanhNetwork]:
+    """Return dynamics and network, trained on from those of a sensor, with these effects; see `train_ptx`."""
+    learning, checking, scaled = _problem(
+        data, channels, output, network.sizes[1:], len(dynamics.thresholds), effects, np.random.default_rng(seed)
+    )
+    if dynamics.backlash is not None:
+        dynamics = replace(dynamics, backlash=dynamics.backlash / float(scaled.half_range[0]))
+    network = fold(network, _inverse(learning.scaling), _inverse(scaled))
+    return _descended(learning, checking, scaled, [learning.theta(dynamics, network.weights)], progress)
+
+
+def _descended(
+    learning: PTXError, checking: PTXError, scaled: Scaling, first: Sequence[Array], progress: ProgressCallback | None
+) -> tuple[Dynamics, TanhNetwork]:
+    fitted = sum(record.rows.size for record in learning.records)
+    if first[0].size > fitted:
         raise DataError(
-            f"{first[0].size} parameters but {split.training.size} training samples of {position.size}: "
-            "give more samples, or fewer neurons"
+            f"{first[0].size} parameters but {fitted} training samples: give more samples, or fewer neurons"
         )
     search = multistart(
         levenberg_marquardt,
@@ -252,7 +381,15 @@ def train_ptx(
         patience=PATIENCE,
         progress=progress,
     )
-    return learning.dynamics(search.theta), fold(learning.network(search.theta), inputs, scaled)
+    found = learning.dynamics(search.theta)
+    if found.backlash is not None:
+        found = replace(found, backlash=found.backlash * float(scaled.half_range[0]))
+    return found, fold(learning.network(search.theta), learning.scaling, scaled)
+
+
+def _inverse(scaling: Scaling) -> Scaling:
+    """Return the scaling that takes scaled numbers back."""
+    return Scaling(-scaling.centre / scaling.half_range, 1.0 / scaling.half_range)
 
 
 def _records(

@@ -15,8 +15,8 @@ from smid.networks import Scaling, TanhNetwork, weight_count
 from smid.sensors import CPX, PTX, MedianFiltered, TrainedOn
 from smid.sensors.lag import lag, lag_derivatives
 from smid.sensors.play import play
-from smid.sensors.ptx_dynamics import Dynamics
-from smid.sensors.ptx_training import PTXError, Record
+from smid.sensors.ptx_dynamics import EFFECTS, Dynamics
+from smid.sensors.ptx_training import STARTS, PTXError, Record
 from smid.theses.clutch import simulate_clutch, simulate_position
 from smid.theses.clutch.sensor_study import HELD_OUT, interval_study
 
@@ -62,20 +62,30 @@ def test_lag_derivatives_solve_their_recursion(seed, n):
     np.testing.assert_allclose(lag_derivatives(sources, decay), np.array(expected).T, atol=1e-10)
 
 
-@settings(max_examples=20, deadline=None)
-@given(st.integers(0, 3), st.lists(st.integers(1, 4), min_size=1, max_size=2).map(tuple), st.integers(0, 10**6))
-def test_sensitivities_agree_with_finite_differences(plays, hidden, seed):
+@settings(max_examples=40, deadline=None)
+@given(
+    st.integers(0, 3),
+    st.lists(st.integers(1, 4), min_size=1, max_size=2).map(tuple),
+    st.sets(st.sampled_from(EFFECTS)),
+    st.integers(0, 10**6),
+)
+def test_sensitivities_agree_with_finite_differences(plays, hidden, effects, seed):
     generator = np.random.default_rng(seed)
     sizes, n = (1, *hidden), 120
     pressure = np.cumsum(generator.normal(0, 2.0, n))
     temperature = 20 + 30 * np.sin(np.arange(n) / 20)
     record = Record(pressure, temperature, generator.normal(size=n), np.arange(n))
-    problem = PTXError(sizes, plays, (record,), Scaling(np.array([10.0]), np.array([15.0])), 20.0, 40.0, 0.002)
+    named = tuple(effect for effect in EFFECTS if effect in effects)
+    problem = PTXError(sizes, plays, (record,), Scaling(np.array([10.0]), np.array([15.0])), 20.0, 40.0, 0.002, named)
     thresholds, forces = generator.uniform(0.3, 3, plays), generator.uniform(0.1, 2, plays)
+    further = np.concatenate([np.zeros(0), *(STARTS[effect] for effect in named)])
+    further += generator.uniform(-0.5, 0.5, further.size)
     weights = generator.normal(size=weight_count(sizes))
-    theta = np.concatenate([np.log([0.003, 0.006]), [0.3, 0.2, -0.1], np.log(thresholds), np.log(forces), weights])
+    known = [np.log([0.003, 0.006]), [0.3, 0.2, -0.1]]
+    theta = np.concatenate([*known, further, np.log(thresholds), np.log(forces), weights])
     position, jacobian = problem.sensitivities(theta, record)
-    np.testing.assert_allclose(position, problem.positions(theta, record), atol=1e-12)
+    np.testing.assert_allclose(position, problem.positions(theta, record), atol=1e-10)
+    np.testing.assert_allclose(problem.theta(problem.dynamics(theta), weights), theta, atol=1e-12)
     step = 1e-7
     for k, e in enumerate(step * np.eye(theta.size)):
         slope = (problem.positions(theta + e, record) - problem.positions(theta - e, record)) / (2 * step)

@@ -78,6 +78,4 @@ def plant_records(plant: str, *, seed: int = 1, names: tuple[str, ...] = CLUTCH_
             "position": position[::TICKS] + generator.uniform(-POSITION_NOISE_BOUND, POSITION_NOISE_BOUND, n),
         }
         runs.append(replace(run, values={**run.values, **measured}))
-    return replace(
-        bundled.with_experiments(runs), source=f"simulated clutch actuator, plant {plant!r}", resampling=()
-    )
+    return replace(bundled.with_experiments(runs), source=f"simulated clutch actuator, plant {plant!r}", resampling=())

@@ -1,0 +1,141 @@
+"""A lag whose time constant depends on its own output, and on the distance to it.
+
+    y_t = g_t + a_t (y_{t-1} - g_t),    a_t = exp(-T_s / tau_t)
+    tau_t = tau exp(-c (T - T_0) - b (y_{t-1} - y_0)) (1 + growth |g_t - y_{t-1}|)
+
+A piston that displaces oil against a spring moves in this way, in units of pressure: it is faster where the spring is
+stiffer, and turbulent oil makes long ways slower. With c = b = growth = 0 it is a first-order lag. Its derivatives
+satisfy ``d_t = (a_t + (y_{t-1} - g_t) da/dy) d_{t-1} + source_t``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from relaxations.algebra.arrays import Array
+from relaxations.algebra.ball_arithmetic import Balls
+from smid.sensors.program import Block, Code
+from smid.sensors.ranges import Range
+
+__all__ = ["Flow", "FlowLaw", "flow"]
+
+
+@dataclass(frozen=True)
+class FlowLaw:
+    """The time constant of a flow.
+
+    Parameters
+    ----------
+    time_constant
+        At the reference temperature and level for short ways, in seconds.
+    cooling
+        Relative fall of the time constant per degree.
+    stiffening
+        Relative fall of the time constant per unit of the output.
+    reference
+        Level, in the unit of the output.
+    growth
+        Relative rise of the time constant per unit of the distance.
+    """
+
+    time_constant: float
+    cooling: float
+    stiffening: float
+    reference: float
+    growth: float
+
+
+def flow(signal: Array, cold: Array, law: FlowLaw, interval: float, before: float) -> tuple[Array, Array]:
+    """Return the output and the time constants, shape (n,) each.
+
+    Parameters
+    ----------
+    signal
+        Shape (n,). The input g.
+    cold
+        Shape (n,). Time constant at each sample for short ways at the reference level, in seconds.
+    before
+        Output before the first sample.
+
+    Examples
+    --------
+    >>> law = FlowLaw(1.0, 0.0, 0.0, 0.0, 1.0)
+    >>> flow(np.array([1.0, 1.0]), np.array([1.0, 1.0]), law, 1.0, 0.0)[0].round(3)
+    array([0.393, 0.711])
+    """
+    y, result, taus = before, [], []
+    b, reference, growth = law.stiffening, law.reference, law.growth
+    for g, tau in zip(signal.tolist(), cold.tolist(), strict=True):
+        # Beyond 50 the time constant is far outside any use; the cap avoids an overflow after a too long step.
+        exponent = max(-50.0, min(50.0, -b * (y - reference)))
+        taus.append(tau * math.exp(exponent) * (1.0 + growth * abs(g - y)))
+        y = g + math.exp(-interval / taus[-1]) * (y - g)
+        result.append(y)
+    return np.array(result), np.array(taus)
+
+
+@dataclass(frozen=True)
+class Flow(Block):
+    """A flow of a signal; it may read a temperature."""
+
+    law: FlowLaw
+    sampling_time: float
+    reference: float = 0.0
+
+    def rest(self, first: Sequence[Array]) -> Array:
+        """Return the first sample; see `Block.rest`."""
+        return np.atleast_1d(first[0])
+
+    def advance(self, signals: Sequence[Array], memory: Array) -> tuple[Array, Array]:
+        """Return the output; see `Block.advance`."""
+        signal = signals[0]
+        warmth = signals[1] - self.reference if len(signals) > 1 else np.zeros(signal.size)
+        cold = self.law.time_constant * np.exp(-self.law.cooling * warmth)
+        moved, _ = flow(signal, cold, self.law, self.sampling_time, float(memory[0]))
+        return moved, moved[-1:]
+
+    def enclose(self, signals: Sequence[Range], memory: Range, cells: int) -> tuple[Range, Range]:  # noqa: ARG002
+        """Return the range of a mean of signal and memory; see `Block.enclose`.
+
+        For given signal and memory it is linear in the pole, so its ends are at the least and the largest pole.
+        """
+        law, signal, before = self.law, signals[0].balls, memory[0].balls
+        exponent = Balls.exact(-law.stiffening) * (before - Balls.exact(law.reference))
+        exponent = Range.of(exponent).meet(Range(np.asarray(-50.0), np.asarray(50.0))).balls
+        if len(signals) > 1:
+            exponent = exponent - Balls.exact(law.cooling) * (signals[1].balls - Balls.exact(self.reference))
+        way = Range.of(signal - before)
+        longest = np.maximum(np.abs(way.lower), np.abs(way.upper))
+        shortest = np.maximum(0.0, np.maximum(way.lower, -way.upper))
+        growth = Balls.exact(1.0) + Balls.exact(law.growth) * Range(shortest, longest).balls
+        tau = Balls.exact(law.time_constant) * Range.of(exponent).exp().balls * growth
+        poles = Range.of(-(Balls.exact(self.sampling_time) / tau)).exp()
+        ends = []
+        for pole in (poles.lower, poles.upper):
+            a = Balls.exact(pole)
+            ends.append(Range.of((Balls.exact(1.0) - a) * signal + a * before))
+        # A mean lies between what it is the mean of, also where the enclosure of the pole is wide.
+        found = ends[0].hull(ends[1]).meet(signals[0].hull(memory[0]))
+        return found, found[None]
+
+    def code(self, name: str, signals: Sequence[str]) -> Code:
+        """Return the recursion; see `Block.code`."""
+        law, g = self.law, signals[0]
+        cold = repr(law.time_constant)
+        if len(signals) > 1:
+            cold = f"{cold} * exp({-law.cooling!r} * ({signals[1]} - ({self.reference!r})))"
+        return Code(
+            update=(
+                f"{{ double e = {-law.stiffening!r} * (m[0] - ({law.reference!r}));\n"
+                "  e = e > 50.0 ? 50.0 : e < -50.0 ? -50.0 : e;\n"
+                f"  const double tau = {cold} * exp(e) * (1.0 + {law.growth!r} * fabs({g} - m[0]));\n"
+                f"  {name} = {g} + exp(-{self.sampling_time!r} / tau) * (m[0] - {g}); }}\n"
+                f"m[0] = {name};"
+            ),
+            size=1,
+            rest=f"m[0] = {g};",
+        )
