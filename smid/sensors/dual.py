@@ -96,12 +96,11 @@ class Dual:
         value, taus = flow(self.value, cold.value, law, 1.0, float(self.value[0]))
         before = np.concatenate([self.value[:1], value[:-1]])
         poles, way = np.exp(-1.0 / taus), self.value - before
-        longer = 1.0 + growth * np.abs(way)
+        longer = cold.value + growth * np.abs(way)
         # The derivative of the output by log tau, and that of log tau by the input and by the output before.
         by_log = -way * poles / taus
         by_way = growth * np.sign(way) / longer
-        known = log_tau.slopes - cooling.slopes * warmth - stiffening.slopes * before
-        known = known + log_growth.slopes * (growth * np.abs(way) / longer)
+        known = cold.slopes / longer - stiffening.slopes * before + log_growth.slopes * (growth * np.abs(way) / longer)
         sources = by_log * known + (1.0 - poles + by_log * by_way) * self.slopes
         sources[:, 0] = self.slopes[:, 0]
         return Dual(value, lag_derivatives(sources, poles - by_log * (b + by_way)))

@@ -1,10 +1,10 @@
 """A lag whose time constant depends on its own output, and on the distance to it.
 
     y_t = g_t + a_t (y_{t-1} - g_t),    a_t = exp(-T_s / tau_t)
-    tau_t = tau exp(-c (T - T_0) - b (y_{t-1} - y_0)) (1 + growth |g_t - y_{t-1}|)
+    tau_t = exp(-b (y_{t-1} - y_0)) (tau exp(-c (T - T_0)) + growth |g_t - y_{t-1}|)
 
 A piston that displaces oil against a spring moves in this way, in units of pressure: it is faster where the spring is
-stiffer, and turbulent oil makes long ways slower. With c = b = growth = 0 it is a first-order lag. Its derivatives
+stiffer, viscous oil is slower when cold, and turbulent oil makes long ways slower. With c = b = growth = 0 it is a first-order lag. Its derivatives
 satisfy ``d_t = (a_t + (y_{t-1} - g_t) da/dy) d_{t-1} + source_t``.
 """
 
@@ -39,7 +39,7 @@ class FlowLaw:
     reference
         Level, in the unit of the output.
     growth
-        Relative rise of the time constant per unit of the distance.
+        Rise of the time constant per unit of the distance, in seconds.
     """
 
     time_constant: float
@@ -72,7 +72,7 @@ def flow(signal: Array, cold: Array, law: FlowLaw, interval: float, before: floa
     for g, tau in zip(signal.tolist(), cold.tolist(), strict=True):
         # Beyond 50 the time constant is far outside any use; the cap avoids an overflow after a too long step.
         exponent = max(-50.0, min(50.0, -b * (y - reference)))
-        taus.append(tau * math.exp(exponent) * (1.0 + growth * abs(g - y)))
+        taus.append(math.exp(exponent) * (tau + growth * abs(g - y)))
         y = g + math.exp(-interval / taus[-1]) * (y - g)
         result.append(y)
     return np.array(result), np.array(taus)
@@ -105,14 +105,15 @@ class Flow(Block):
         """
         law, signal, before = self.law, signals[0].balls, memory[0].balls
         exponent = Balls.exact(-law.stiffening) * (before - Balls.exact(law.reference))
-        exponent = Range.of(exponent).meet(Range(np.asarray(-50.0), np.asarray(50.0))).balls
+        factor = Range.of(exponent).meet(Range(np.asarray(-50.0), np.asarray(50.0))).exp().balls
+        cold = Balls.exact(law.time_constant)
         if len(signals) > 1:
-            exponent = exponent - Balls.exact(law.cooling) * (signals[1].balls - Balls.exact(self.reference))
+            warmth = signals[1].balls - Balls.exact(self.reference)
+            cold = cold * Range.of(Balls.exact(-law.cooling) * warmth).exp().balls
         way = Range.of(signal - before)
         longest = np.maximum(np.abs(way.lower), np.abs(way.upper))
         shortest = np.maximum(0.0, np.maximum(way.lower, -way.upper))
-        growth = Balls.exact(1.0) + Balls.exact(law.growth) * Range(shortest, longest).balls
-        tau = Balls.exact(law.time_constant) * Range.of(exponent).exp().balls * growth
+        tau = factor * (cold + Balls.exact(law.growth) * Range(shortest, longest).balls)
         poles = Range.of(-(Balls.exact(self.sampling_time) / tau)).exp()
         ends = []
         for pole in (poles.lower, poles.upper):
@@ -132,7 +133,7 @@ class Flow(Block):
             update=(
                 f"{{ double e = {-law.stiffening!r} * (m[0] - ({law.reference!r}));\n"
                 "  e = e > 50.0 ? 50.0 : e < -50.0 ? -50.0 : e;\n"
-                f"  const double tau = {cold} * exp(e) * (1.0 + {law.growth!r} * fabs({g} - m[0]));\n"
+                f"  const double tau = exp(e) * ({cold} + {law.growth!r} * fabs({g} - m[0]));\n"
                 f"  {name} = {g} + exp(-{self.sampling_time!r} / tau) * (m[0] - {g}); }}\n"
                 f"m[0] = {name};"
             ),

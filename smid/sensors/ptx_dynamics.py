@@ -8,11 +8,11 @@
 
 F is 1. Each further effect changes one thing:
 
+    flow          q passes a lag whose time constant depends on level and distance (`smid.sensors.flow`)
     temperature   slack and force of every play are multiplied by exp(-c_4 (T - T_0))
+    backlash      the position passes a play
     level         F is multiplied by exp(c_5 (s - s_0))
     rate          F is multiplied by exp(c_6 tanh(d / d_0)^2), d = s - lag of s with the time constant tau_r
-    flow          q passes a lag whose time constant depends on level and distance (`smid.sensors.flow`)
-    backlash      the position passes a play
 
 T_0 is the middle of the trained temperatures. A pressure minus a sum of plays of positive forces is a
 Prandtl-Ishlinskii operator. A record starts at rest: pressure and position have been constant, and s is in the middle
@@ -45,7 +45,7 @@ __all__ = ["EFFECTS", "Acting", "Dynamics", "LevelLaw", "RateLaw"]
 
 T = TypeVar("T")
 
-EFFECTS = ("temperature", "level", "rate", "flow", "backlash")
+EFFECTS = ("flow", "temperature", "backlash", "level", "rate")
 
 
 @dataclass(frozen=True)

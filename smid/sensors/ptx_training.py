@@ -50,7 +50,7 @@ STARTS = {
     "temperature": (0.0,),  # c_4 R
     "level": (0.0,),  # c_5 S
     "rate": (0.0, -2.0, 0.0),  # c_6, log(d_0 / S), log(tau_r / 20 T_s)
-    "flow": (0.0, 0.0, 0.0, -1.0),  # log(tau / T_s), cooling R, stiffening S, log(growth S)
+    "flow": (0.0, 0.0, 0.0, -1.0),  # log(tau / T_s), cooling R, stiffening S, log(growth S / T_s)
     "backlash": (-4.0,),  # log of the slack, of half the range of the position
 }
 """Parameters of each effect where it begins to be trained."""
@@ -159,7 +159,11 @@ class PTXError:
         if "flow" in effects:
             lag, cooling, stiffening, growth = effects["flow"]
             law = FlowLaw(
-                self.sampling_time * _exp(lag), cooling / self.warmth, stiffening / unit, centre, _exp(growth) / unit
+                self.sampling_time * _exp(lag),
+                cooling / self.warmth,
+                stiffening / unit,
+                centre,
+                self.sampling_time * _exp(growth) / unit,
             )
             made = replace(made, flow=law)
         return replace(made, backlash=_exp(effects["backlash"][0])) if "backlash" in effects else made
@@ -184,7 +188,7 @@ class PTXError:
         if flow is not None:
             known["flow"] = (
                 _log(flow.time_constant / interval), flow.cooling * self.warmth, flow.stiffening * unit,
-                _log(flow.growth * unit),
+                _log(flow.growth * unit / interval),
             )  # fmt: skip
         if dynamics.backlash is not None:
             known["backlash"] = (_log(dynamics.backlash),)
