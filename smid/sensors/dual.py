@@ -88,11 +88,13 @@ class Dual:
         slopes = self.slopes[:, moved.contact] + moved.side * by_threshold[:, moved.contact]
         return Dual(moved.position, slopes)
 
-    def flowed(self, log_tau: Dual, cooling: Dual, stiffening: Dual, log_growth: Dual, warmth: Array) -> Dual:
-        """Return the signal behind a flow from rest; the time constant is in samples, see `smid.sensors.flow`."""
+    def flowed(self, cold: Dual, stiffening: Dual, log_growth: Dual) -> Dual:
+        """Return the signal behind a flow from rest, see `smid.sensors.flow`.
+
+        ``cold`` is the time constant for short ways at the reference level, in samples.
+        """
         b, growth = float(stiffening.value[0]), float(np.exp(log_growth.value[0]))
-        cold = (log_tau - cooling * warmth).exp()
-        law = FlowLaw(0.0, 0.0, b, 0.0, growth)
+        law = FlowLaw(0.0, 0.0, 0.0, b, 0.0, growth)
         value, taus = flow(self.value, cold.value, law, 1.0, float(self.value[0]))
         before = np.concatenate([self.value[:1], value[:-1]])
         poles, way = np.exp(-1.0 / taus), self.value - before

@@ -1,11 +1,12 @@
 """A lag whose time constant depends on its own output, and on the distance to it.
 
     y_t = g_t + a_t (y_{t-1} - g_t),    a_t = exp(-T_s / tau_t)
-    tau_t = exp(-b (y_{t-1} - y_0)) (tau exp(-c (T - T_0)) + growth |g_t - y_{t-1}|)
+    tau_t = exp(-b (y_{t-1} - y_0)) (tau exp(-c w + k w^2) + growth |g_t - y_{t-1}|)
 
-A piston that displaces oil against a spring moves in this way, in units of pressure: it is faster where the spring is
-stiffer, viscous oil is slower when cold, and turbulent oil makes long ways slower. With c = b = growth = 0 it is a first-order lag. Its derivatives
-satisfy ``d_t = (a_t + (y_{t-1} - g_t) da/dy) d_{t-1} + source_t``.
+with ``w = T - T_0``. A piston that displaces oil against a spring moves in this way, in units of pressure: it is faster
+where the spring is stiffer, viscous oil is slower when cold, and turbulent oil makes long ways slower. With
+``c = k = b = growth = 0`` it is a first-order lag. Its derivatives satisfy
+``d_t = (a_t + (y_{t-1} - g_t) da/dy) d_{t-1} + source_t``.
 """
 
 from __future__ import annotations
@@ -34,6 +35,8 @@ class FlowLaw:
         At the reference temperature and level for short ways, in seconds.
     cooling
         Relative fall of the time constant per degree.
+    curvature
+        Of its logarithm, per square degree.
     stiffening
         Relative fall of the time constant per unit of the output.
     reference
@@ -44,6 +47,7 @@ class FlowLaw:
 
     time_constant: float
     cooling: float
+    curvature: float
     stiffening: float
     reference: float
     growth: float
@@ -63,7 +67,7 @@ def flow(signal: Array, cold: Array, law: FlowLaw, interval: float, before: floa
 
     Examples
     --------
-    >>> law = FlowLaw(1.0, 0.0, 0.0, 0.0, 1.0)
+    >>> law = FlowLaw(1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
     >>> flow(np.array([1.0, 1.0]), np.array([1.0, 1.0]), law, 1.0, 0.0)[0].round(3)
     array([0.393, 0.711])
     """
@@ -94,7 +98,7 @@ class Flow(Block):
         """Return the output; see `Block.advance`."""
         signal = signals[0]
         warmth = signals[1] - self.reference if len(signals) > 1 else np.zeros(signal.size)
-        cold = self.law.time_constant * np.exp(-self.law.cooling * warmth)
+        cold = self.law.time_constant * np.exp(-self.law.cooling * warmth + self.law.curvature * warmth**2)
         moved, _ = flow(signal, cold, self.law, self.sampling_time, float(memory[0]))
         return moved, moved[-1:]
 
@@ -108,8 +112,9 @@ class Flow(Block):
         factor = Range.of(exponent).meet(Range(np.asarray(-50.0), np.asarray(50.0))).exp().balls
         cold = Balls.exact(law.time_constant)
         if len(signals) > 1:
-            warmth = signals[1].balls - Balls.exact(self.reference)
-            cold = cold * Range.of(Balls.exact(-law.cooling) * warmth).exp().balls
+            warmth = Range.of(signals[1].balls - Balls.exact(self.reference))
+            slower = Balls.exact(law.curvature) * warmth.square().balls - Balls.exact(law.cooling) * warmth.balls
+            cold = cold * Range.of(slower).exp().balls
         way = Range.of(signal - before)
         longest = np.maximum(np.abs(way.lower), np.abs(way.upper))
         shortest = np.maximum(0.0, np.maximum(way.lower, -way.upper))
@@ -128,7 +133,8 @@ class Flow(Block):
         law, g = self.law, signals[0]
         cold = repr(law.time_constant)
         if len(signals) > 1:
-            cold = f"{cold} * exp({-law.cooling!r} * ({signals[1]} - ({self.reference!r})))"
+            warmth = f"({signals[1]} - ({self.reference!r}))"
+            cold = f"{cold} * exp({-law.cooling!r} * {warmth} + {law.curvature!r} * ({warmth} * {warmth}))"
         return Code(
             update=(
                 f"{{ double e = {-law.stiffening!r} * (m[0] - ({law.reference!r}));\n"

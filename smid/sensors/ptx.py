@@ -28,7 +28,8 @@ from smid.models import ModelError
 from smid.networks import ProgressCallback, TanhNetwork, weight_count
 from smid.sensors.program import Program
 from smid.sensors.ptx_dynamics import EFFECTS, Dynamics
-from smid.sensors.ptx_training import SCHEDULED, STARTS, extend_ptx, train_ptx
+from smid.sensors.ptx_error import SCHEDULED, STARTS
+from smid.sensors.ptx_training import extend_ptx, train_ptx
 from smid.sensors.sensor import VirtualSensor, require_training_data, trained
 from smid.sensors.trained_on import TrainedOn
 
@@ -94,7 +95,7 @@ class PTX(VirtualSensor):
         """Two time constants, three slopes, a threshold and a force per play, weights and biases."""
         scheduled = SCHEDULED - 3 * (self.temperature is None)
         scheduled += sum(len(STARTS[effect]) for effect in self.effects)
-        scheduled -= "flow" in self.effects and self.temperature is None
+        scheduled -= 2 * ("flow" in self.effects and self.temperature is None)
         return scheduled + 2 * self.plays + weight_count((1, *self.hidden))
 
     def fit(

@@ -117,7 +117,7 @@ class Dynamics:
             slack = Pushed(threshold, self.friction_slope or 0.0, self.reference)
             program = program.then(slack, smoothed, *scheduled)
             pushed.append(program.output)
-        slower = ()
+        slower: tuple[str, ...] = ()
         if self.rate is not None:
             program = program.then(Lag(self.rate.time_constant, interval), smoothed)
             slower = (program.output,)

@@ -5,7 +5,7 @@ Reference: clutch thesis, chapter 5; the records are those of `smid.theses.clutc
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +28,7 @@ from smid.theses.clutch.sensor_study import (
     table_5_4,
     train_thesis_sensors,
 )
+from smid.theses.clutch.sensor_study.single_sensor import records_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -129,9 +130,8 @@ def held_chapter(seed: int = 1, *, progress: Progress | None = None) -> HeldChap
     """Simulate the records, train the sensors, and compare; it takes some minutes."""
     data = held_records(seed=seed)
 
-    def load(names: str | tuple[str, ...]) -> Dataset:
-        wanted = (names,) if isinstance(names, str) else names
-        return data.with_experiments([run for run in data.experiments if run.name in wanted])
+    def load(names: str | Sequence[str]) -> Dataset:
+        return records_of(data, [names] if isinstance(names, str) else names)
 
     sensors = train_thesis_sensors(SENSORS, seed, progress, load)
     traces = {number: sensor_traces(number, sensors, seed, progress, load) for number in FIGURES}

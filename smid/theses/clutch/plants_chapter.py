@@ -17,12 +17,13 @@ if TYPE_CHECKING:
 __all__ = ["PlantsChapter"]
 
 SHARED = (
-    "Sensor and plant share most on the plant Dahl: a static curve, a first-order lag behind it, and friction that does "
-    "not depend on speed. The foreign plants share no formula with the sensor. Their piston moves against a diaphragm "
-    "spring through oil with viscous and turbulent resistance. Their temperature laws differ from those of the sensor. "
-    "The kinds of effect are shared: friction that depends on temperature, level or speed, a flow, and backlash can all "
-    "be represented by the sensor, with other formulas.",
-    "The selection part is the last 30 % of each training record. The held-out records are read once, after the choice.",
+    "Sensor and plant share most on the plant Dahl: a static curve, a first-order lag behind it, and friction that "
+    "does not depend on speed. The foreign plants share no formula with the sensor. Their piston moves against a "
+    "diaphragm spring through oil with viscous and turbulent resistance, and depends on temperature by other laws. "
+    "Kinds of effect are shared: the sensor has friction that depends on temperature, level and speed, a flow, and "
+    "backlash, by other formulas than the plants.",
+    "The selection part is the last 30 % of each training record. The held-out records are read once, after the "
+    "choice.",
 )
 
 

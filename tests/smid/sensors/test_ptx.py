@@ -16,7 +16,7 @@ from smid.sensors import CPX, PTX, MedianFiltered, TrainedOn
 from smid.sensors.lag import lag, lag_derivatives
 from smid.sensors.play import play
 from smid.sensors.ptx_dynamics import EFFECTS, Dynamics
-from smid.sensors.ptx_training import STARTS, PTXError, Record
+from smid.sensors.ptx_error import STARTS, PTXError, Record
 from smid.theses.clutch import simulate_clutch, simulate_position
 from smid.theses.clutch.sensor_study import HELD_OUT, interval_study
 

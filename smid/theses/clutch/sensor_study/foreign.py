@@ -115,10 +115,10 @@ class ForeignStudy(Tabular):
         margins = [row.margin for row in self.rows]
         favoured = [row.favoured[1] / row.error for row in self.rows]
         return (
-            f"PTX has the smaller RMSE on {sum(m > 1 for m in margins)} of {len(margins)} held-out records; the RMSE of "
-            f"the best CPX or PX is {min(margins):.2f} to {max(margins):.2f} times as large. Against rivals that were "
-            f"trained on the held-out record too, it is {sum(m > 1 for m in favoured)} of {len(favoured)}, and "
-            f"{min(favoured):.2f} to {max(favoured):.2f} times."
+            f"PTX has the smaller RMSE on {sum(m > 1 for m in margins)} of {len(margins)} held-out records. The RMSE "
+            f"of the best CPX or PX is {min(margins):.2f} to {max(margins):.2f} times as large. Rivals that were "
+            f"trained on the held-out record too are beaten on {sum(m > 1 for m in favoured)} of {len(favoured)}; "
+            f"their RMSE is {min(favoured):.2f} to {max(favoured):.2f} times as large."
         )
 
     def _content(self) -> Iterator[Part]:

@@ -12,7 +12,7 @@ dead zone enforced, and with the causal median, which works in real time. PTX ha
 
 The records are simulated, and PTX has the same structure as their plant: friction, a curve scaled by temperature, a
 lag. The plant's friction is Dahl's, not plays, its gain is not an exponential, and PTX knows none of its numbers. A
-real clutch may fit this structure less well: `smid.theses.clutch.sensor_study.foreign` compares on plants of other kinds.
+real clutch may fit this structure less well; `smid.theses.clutch.sensor_study.foreign` compares on other plants.
 
 Reference: clutch thesis, section 6.2.
 """
