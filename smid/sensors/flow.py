@@ -24,6 +24,8 @@ from smid.sensors.ranges import Range
 
 __all__ = ["Flow", "FlowLaw", "flow"]
 
+SLACK = 1e-14  # of a few products and sums
+
 
 @dataclass(frozen=True)
 class FlowLaw:
@@ -108,18 +110,26 @@ class Flow(Block):
         For given signal and memory it is linear in the pole, so its ends are at the least and the largest pole.
         """
         law, signal, before = self.law, signals[0].balls, memory[0].balls
-        exponent = Balls.exact(-law.stiffening) * (before - Balls.exact(law.reference))
-        factor = Range.of(exponent).meet(Range(np.asarray(-50.0), np.asarray(50.0))).exp().balls
-        cold = Balls.exact(law.time_constant)
+        exponent = Range.of(Balls.exact(-law.stiffening) * (before - Balls.exact(law.reference)))
+        factor = exponent.meet(Range(np.asarray(-50.0), np.asarray(50.0))).exp()
+        cold = Range.exact(law.time_constant)
         if len(signals) > 1:
             warmth = Range.of(signals[1].balls - Balls.exact(self.reference))
             slower = Balls.exact(law.curvature) * warmth.square().balls - Balls.exact(law.cooling) * warmth.balls
-            cold = cold * Range.of(slower).exp().balls
+            cold = Range.of(cold.balls * Range.of(slower).exp().balls)
         way = Range.of(signal - before)
         longest = np.maximum(np.abs(way.lower), np.abs(way.upper))
         shortest = np.maximum(0.0, np.maximum(way.lower, -way.upper))
-        tau = factor * (cold + Balls.exact(law.growth) * Range(shortest, longest).balls)
-        poles = Range.of(-(Balls.exact(self.sampling_time) / tau)).exp()
+        # All factors are positive, so the ends are those of the factors: a ball around a wide range would contain zero.
+        least, most = (
+            f * (c + law.growth * d) * (1.0 + slack)
+            for f, c, d, slack in (
+                (factor.lower, cold.lower, shortest, -SLACK),
+                (factor.upper, cold.upper, longest, SLACK),
+            )
+        )
+        h = self.sampling_time
+        poles = Range(np.asarray(-h / least * (1.0 + SLACK)), np.asarray(-h / most * (1.0 - SLACK))).exp()
         ends = []
         for pole in (poles.lower, poles.upper):
             a = Balls.exact(pole)

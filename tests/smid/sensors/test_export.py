@@ -22,6 +22,7 @@ from smid.sensors import (
     export_c,
     trained_range,
 )
+from smid.sensors.ptx_dynamics import EFFECTS
 
 GCC = shutil.which("gcc") or shutil.which("cc")
 needs_compiler = pytest.mark.skipif(GCC is None, reason="no C compiler: install gcc")
@@ -33,6 +34,7 @@ SENSORS = {
     "CFPX": CFPX(order=12),
     "CFPX of order 0": CFPX(order=0),
     "PTX": PTX(hidden=(3,), plays=2),
+    "PTX with all effects": PTX(hidden=(2,), plays=1, effects=EFFECTS),
     "PTX without temperature": PTX(hidden=(3,), plays=1, temperature=None),
     "PTX without plays": PTX(hidden=(2,), plays=0),
     "median": MedianFiltered(CPX(hidden=(3,)), order=20, causal=True),
