@@ -212,12 +212,12 @@ def test_too_few_samples(name):
 
 
 def test_files_that_hold_no_sensor(tmp_path):
-    unknown = '{"schema": "smid.sensor/2", "kind": "XYZ"}'
+    unknown = '{"schema": "smid.sensor/3", "kind": "XYZ"}'
     with pytest.raises(DataError, match="no file"):
         load(tmp_path / "none.json")
-    older = '{"schema": "smid.sensor/1", "kind": "CPX"}'
+    older = '{"schema": "smid.sensor/2", "kind": "CPX"}'
     for text, message in (
-        (older, "reads smid.sensor/2: use the version of smid"),
+        (older, "reads smid.sensor/3: use the version of smid"),
         ("{", "is not valid JSON"),
         ("[1]", "holds no result"),
         (unknown, "kind 'XYZ'"),
