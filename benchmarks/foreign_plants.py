@@ -22,9 +22,9 @@ def plants_section(study: ForeignStudy) -> str:
     """Return the section of the six plants."""
     parts = [
         "## One sensor on six plants",
-        "`smid clutch plants` writes these tables. PTX is one sensor for all temperatures. The best CPX or PX is taken for "
-        "each record with the record in view, among all forms of the thesis for the record's temperature: each filter, and "
-        "training on `step_a` or on `ramp_a` and `step_a`. Margin: its RMSE over that of PTX.",
+        "`smid clutch plants` writes these tables. PTX is one sensor for all temperatures. The best CPX or PX is taken "
+        "for each record with the record in view, among all forms of the thesis for the record's temperature: each "
+        "filter, and training on `step_a` or on `ramp_a` and `step_a`. Margin: its RMSE over that of PTX.",
         *SHARED,
         f"```\n{study.table}\n```",
         f"```\n{study.choices}\n```",

@@ -34,6 +34,7 @@ from smid.sensors.check import SensorCheck, check_sensor
 from smid.sensors.cpx import CPX
 from smid.sensors.dead_zone import DeadZone, enforced
 from smid.sensors.ptx import PTX
+from smid.sensors.ptx_dynamics import EFFECTS
 from smid.sensors.ptx_selection import choose_effects
 from smid.sensors.px import PX
 from smid.sensors.sensor import VirtualSensor, require_training_data
@@ -43,6 +44,7 @@ __all__ = ["STRUCTURES", "Candidate", "SensorTraining", "cut_records", "train_se
 
 STRUCTURES = ("polynomial", "network", "delays", "hysteresis")
 SHARES = (0.6, 0.2)  # of each record: training, selection; the rest is the test
+MOST = 5  # parameters that an effect adds at most
 LEAD = 500  # samples before a part, over which a sensor finds its state
 
 
@@ -221,18 +223,12 @@ def train_sensor(
             if interrupts:
                 notes.append(f"interrupted at {name}, structure {number} of {len(small)}: the others were not tried")
                 break
-    best = min(candidates, key=lambda c: c.selection)
-    if isinstance(best.sensor, PTX) and not interrupts:
-        chosen = choose_effects(
-            best.sensor,
-            training,
-            selection,
-            seed=seed,
-            progress=lambda effect: _teller(progress, f"{best.name}, with {effect}"),
-        ).sensor
-        if chosen.effects:
-            best = _scored(f"{best.name}, with {', '.join(chosen.effects)}", chosen, training, selection)
-            candidates.append(best)
+        best = min(candidates, key=lambda c: c.selection)
+        stopped = bool(interrupts)
+        candidates.extend(_with_effects(best, training, selection, seed, progress, interrupts))
+        best = min(candidates, key=lambda c: c.selection)
+        if interrupts and not stopped:
+            notes.append(f"interrupted at the effects of {best.name}: the others were not tried")
     pressure = best.sensor.channels[0]
     zoned = enforced(DeadZone(best.sensor, pressure), training)
     if zoned.threshold is not None:
@@ -320,6 +316,30 @@ def _offered(
                     f"hysteresis of {name}{warm}, {words}",
                     PTX(plays=plays, pressure=name, temperature=temperature, output=output),
                 )
+
+
+def _with_effects(
+    best: Candidate,
+    training: Dataset,
+    selection: Dataset,
+    seed: int,
+    progress: Progress | None,
+    interrupts: Sequence[int],
+) -> Iterator[Candidate]:
+    """Yield a sensor with hysteresis after each effect that was offered; an effect that does not serve is left out."""
+    if not isinstance(best.sensor, PTX):
+        return
+    for effect in EFFECTS:
+        if interrupts or best.sensor.n_parameters + MOST > 0.7 * training.n_samples:
+            return
+        tell = _teller(progress, f"{best.name}, with {effect}")
+        try:
+            chosen = choose_effects(best.sensor, training, selection, effects=[effect], seed=seed, progress=tell).sensor
+        except KeyboardInterrupt:
+            return
+        if chosen.effects != best.sensor.effects:
+            best = _scored(f"{best.name}, with {effect}", chosen, training, selection)
+            yield best
 
 
 @contextmanager

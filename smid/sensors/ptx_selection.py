@@ -1,13 +1,13 @@
 """Which further effects a PTX has: those that lower the error on samples that did not train it.
 
-Each effect of `EFFECTS` is offered once, in their order. The sensor is trained on with it, from its present parameters,
+Each effect is offered once. The sensor is trained on with it, from its present parameters,
 and keeps it if the RMSE on the selection part falls by more than 1 %. A sensor on whose plant no effect acts stays as
 it is.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from smid.data import Dataset
@@ -50,8 +50,9 @@ def choose_effects(
     training: Dataset,
     selection: Dataset,
     *,
+    effects: Sequence[str] = EFFECTS,
     seed: int = 1,
-    progress: Callable[[str], ProgressCallback | None] | None = None,
+    progress: ProgressCallback | None = None,
 ) -> EffectChoice:
     """Return a trained sensor with the effects that serve it on the selection part.
 
@@ -61,8 +62,10 @@ def choose_effects(
         Trained on the training part.
     selection
         Other samples, in the same units.
+    effects
+        To be offered, in their order.
     progress
-        From the name of an effect to what is called after each step of training.
+        Called after each step of training.
 
     Raises
     ------
@@ -71,11 +74,10 @@ def choose_effects(
     """
     plain = best = _rmse(sensor, selection)
     tried = []
-    for effect in EFFECTS:
+    for effect in effects:
         if effect == "temperature" and sensor.temperature is None:
             continue
-        tell = None if progress is None else progress(effect)
-        longer = sensor.extended(training, effect, seed=seed, progress=tell)
+        longer = sensor.extended(training, effect, seed=seed, progress=progress)
         error = _rmse(longer, selection)
         tried.append((effect, error))
         if error < (1.0 - LEAST) * best:

@@ -5,7 +5,7 @@ Reference: clutch thesis, chapter 5; the records are those of `smid.theses.clutc
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +28,6 @@ from smid.theses.clutch.sensor_study import (
     table_5_4,
     train_thesis_sensors,
 )
-from smid.theses.clutch.sensor_study.single_sensor import records_of
 from smid.theses.clutch.sensor_study.structures import CPX_PRINTED, PX_PRINTED
 
 if TYPE_CHECKING:
@@ -133,18 +132,14 @@ class HeldChapter(Chapter):
 def held_chapter(seed: int = 1, *, progress: Progress | None = None) -> HeldChapter:
     """Simulate the records, train the sensors, and compare; it takes some minutes."""
     data = held_records(seed=seed)
-
-    def load(names: str | Sequence[str]) -> Dataset:
-        return records_of(data, [names] if isinstance(names, str) else names)
-
-    sensors = train_thesis_sensors(SENSORS, seed, progress, load)
-    traces = {number: sensor_traces(number, sensors, seed, progress, load) for number in FIGURES}
+    sensors = train_thesis_sensors(SENSORS, seed, progress, data.select)
+    traces = {number: sensor_traces(number, sensors, seed, progress, data.select) for number in FIGURES}
     cpx, px = (tuple(hidden for hidden in printed if hidden != LEFT_OUT) for printed in (CPX_PRINTED, PX_PRINTED))
     tables = (
-        table_5_1(seed, cpx, progress, load),
-        table_5_2(seed, px, progress, load),
-        table_5_3(seed, progress, load),
-        table_5_4(seed, progress, load),
+        table_5_1(seed, cpx, progress, data.select),
+        table_5_2(seed, px, progress, data.select),
+        table_5_3(seed, progress, data.select),
+        table_5_4(seed, progress, data.select),
     )
     return HeldChapter(tables, tuple(findings(tables, sensors, data)), traces, data)
 

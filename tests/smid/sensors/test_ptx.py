@@ -17,6 +17,7 @@ from smid.sensors.lag import lag, lag_derivatives
 from smid.sensors.play import play
 from smid.sensors.ptx_dynamics import EFFECTS, Dynamics
 from smid.sensors.ptx_error import STARTS, PTXError, Record
+from smid.sensors.ptx_selection import choose_effects
 from smid.theses.clutch import simulate_clutch, simulate_position
 from smid.theses.clutch.sensor_study import HELD_OUT, interval_study
 
@@ -93,13 +94,13 @@ def test_sensitivities_agree_with_finite_differences(plays, hidden, effects, see
         assert np.mean(np.abs(jacobian[:, k] - slope) > 1e-5 * (1 + np.abs(slope))) < 0.02
 
 
-def hysteretic(seed, temperatures=(-10.0, 40.0), n=1500):
+def hysteretic(seed, temperatures=(-10.0, 40.0), n=1500, **effects):
     """Records of a PTX whose numbers are known."""
     generator = np.random.default_rng(seed)
     truth = PTX(
         hidden=(2,),
         plays=1,
-        dynamics=Dynamics(0.002, 0.005, 0.01, 0.003, 0.01, (1.5,), (1.2,), 15.0),
+        dynamics=Dynamics(0.002, 0.005, 0.01, 0.003, 0.01, (1.5,), (1.2,), 15.0, **effects),
         network=TanhNetwork((1, 2), np.array([0.2, -0.3, -1.5, 1.0, 2.0, -1.0, 2.0])),
     )
     runs = []
@@ -133,6 +134,32 @@ def test_what_made_the_records_is_found_again():
     # Without a play the loop cannot be had.
     flat = PTX(hidden=(2,), plays=0).fit(data, seed=3, starts=1)
     assert min(flat.predict(fresh).rmse(fresh).values()) > 0.05
+
+
+@pytest.mark.parametrize("effect", [{}, {"friction_slope": 0.02}, {"backlash": 0.3}])
+def test_an_effect_is_kept_where_it_acts_and_only_there(effect):
+    (_, training), (_, selection) = (hysteretic(seed, **effect) for seed in (1, 2))
+    plain = PTX(hidden=(2,), plays=1).fit(training, seed=3, starts=1)
+    found = choose_effects(plain, training, selection, effects=["temperature", "backlash"])
+    wanted = {"friction_slope": ("temperature",), "backlash": ("backlash",)}
+    assert found.sensor.effects == wanted.get(next(iter(effect), ""), ())
+    assert found.chosen == min(
+        found.plain, *(e for name, e in found.tried if name in found.sensor.effects), found.plain
+    )
+    if "friction_slope" in effect:
+        assert found.sensor.dynamics.friction_slope == pytest.approx(0.02, rel=0.1)
+        assert found.chosen < 0.2 * found.plain
+    if "backlash" in effect:
+        assert found.sensor.dynamics.backlash == pytest.approx(0.3, rel=0.05)
+
+
+def test_effects_that_do_not_exist_or_lack_their_channel():
+    with pytest.raises(ModelError, match="no effect 'flov'"):
+        PTX(effects=("flov",))
+    with pytest.raises(ModelError, match="friction cannot depend on a temperature"):
+        PTX(effects=("temperature",), temperature=None)
+    with pytest.raises(ModelError, match="not trained"):
+        PTX().extended(load_clutch("20C_step_a"), "flow", seed=1)
 
 
 @pytest.fixture(scope="module")

@@ -33,7 +33,7 @@ from smid.sensors import CPX, PTX, PX, VirtualSensor
 from smid.sensors.choose import cut_records
 from smid.sensors.ptx_selection import choose_effects
 from smid.theses.clutch.plants import PLANTS, plant_records
-from smid.theses.clutch.sensor_study.single_sensor import HELD_OUT, TRAINING, errors_of, records_of, rival_sensors
+from smid.theses.clutch.sensor_study.single_sensor import HELD_OUT, TRAINING, errors_of, rival_sensors
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -186,7 +186,7 @@ def _compared(plant: str, seed: int, starts: int, progress: Progress | None) -> 
 
     say("simulating its records")
     data = plant_records(plant, seed=seed)
-    known = records_of(data, TRAINING)
+    known = data.select(TRAINING)
     fitted, choosing = cut_records(known, 0.0, CHOOSING), cut_records(known, CHOOSING, 1.0)
     say("training PTX")
     plain = PTX().fit(fitted, seed=seed, starts=starts)
@@ -200,7 +200,7 @@ def _compared(plant: str, seed: int, starts: int, progress: Progress | None) -> 
     structures: dict[str, VirtualSensor] = {"CPX": CPX(), "PX": PX()}
     rivals = rival_sensors(data, structures, seed, say)
     # Everything is chosen and trained: the held-out records are read.
-    errors = errors_of("", records_of(data, HELD_OUT), sensors, rivals)
+    errors = errors_of("", data.select(HELD_OUT), sensors, rivals)
     fair = [k for k, name in enumerate(errors.sensors[:-2]) if " all" not in name]
     for record, row in zip(errors.records, errors.rmse, strict=True):
         best, favoured = min(fair, key=lambda k: row[k]), int(np.argmin(row[:-2]))

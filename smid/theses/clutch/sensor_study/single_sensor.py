@@ -19,7 +19,7 @@ Reference: clutch thesis, section 6.2.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -43,7 +43,6 @@ __all__ = [
     "TRAINING",
     "SingleSensorStudy",
     "errors_of",
-    "records_of",
     "rival_sensors",
     "single_sensor_study",
     "train_single_sensor",
@@ -168,10 +167,10 @@ def single_sensor_study(
         say("training PTX")
         sensor = train_single_sensor(seed)
     data = load_clutch()
-    rivals = rival_sensors(data, {"CPX": CPX()}, seed, say)
+    rivals = rival_sensors(data, {"": CPX()}, seed, say)
     captions = ("RMSE in mm on records that PTX has not seen.", "RMSE in mm on the records that trained PTX.")
     held_out, training = (
-        errors_of(caption, records_of(data, names), {"PTX": sensor}, rivals)
+        errors_of(caption, data.select(names), {"PTX": sensor}, rivals)
         for caption, names in zip(captions, (HELD_OUT, TRAINING), strict=True)
     )
     return SingleSensorStudy(sensor, rivals, held_out, training)
@@ -194,7 +193,7 @@ def rival_sensors(
         for key, words in _TRAINED_ON.items():
             for temperature in TEMPERATURES:
                 say(f"training {structure} of {temperature} degC on {words}")
-                own = records_of(data, _records(key, temperature))
+                own = data.select(_records(key, temperature))
                 plain = untrained.fit(own, seed=seed)
                 median = MedianFiltered(plain, CPX_ORDER)
                 forms: dict[str, VirtualSensor] = {
@@ -206,11 +205,6 @@ def rival_sensors(
                 for form, made in forms.items():
                     rivals.setdefault(f"{structure} {key} {form}".strip(), {})[temperature] = made
     return rivals
-
-
-def records_of(data: Dataset, names: Sequence[str]) -> Dataset:
-    """Return the records of these names."""
-    return data.with_experiments([run for run in data.experiments if run.name in names])
 
 
 def _records(key: str, temperature: str) -> tuple[str, ...]:
@@ -227,7 +221,7 @@ def errors_of(
     """Return the errors of rivals, each of the record's temperature, then of sensors of all temperatures."""
     rows = []
     for name in data.experiment_names:
-        record = records_of(data, (name,))
+        record = data.select(name)
         used = [*(by_temperature[name.split("C_")[0]] for by_temperature in rivals.values()), *sensors.values()]
         rows.append([each.predict(record).rmse(record)[name] for each in used])
     legend = ["; ".join(f"{key}: {words}" for key, words in described.items()) for described in (_TRAINED_ON, _FORMS)]
