@@ -117,7 +117,7 @@ def test_plants_and_holds_print_write_and_report(smid, monkeypatch):
     assert (document["schema"], document["rows"][0]["ptx"]) == ("smid.clutch-plants/1", 0.08)
     assert "share no formula" in Path("out.html").read_text(encoding="utf-8")
     held = HeldChapter((table_5_3(),), (Finding("CPX20H fails", "fails", "0.2 mm", True),), {}, held_records())
-    monkeypatch.setattr(commands, "held_chapter", lambda seed, **_: held)
+    monkeypatch.setattr(commands, "held_chapter", lambda *_, **__: held)
     assert smid("clutch holds --json held.json --report held.html").exit_code == 0
     document = json.loads(Path("held.json").read_text(encoding="utf-8"))
     assert document["schema"] == "smid.clutch-holds/1"
