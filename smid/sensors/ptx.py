@@ -9,7 +9,10 @@ are 28 parameters; CPX has 61 for each temperature. PTX needs no median filter, 
 With temperature and plays as inputs of the network instead, each neuron needs more weights, and the network between the
 three trained temperatures is undetermined: the error was three times as large at 0 and 40 degC as at -20, 20 and 60.
 
-All parameters are trained together (`smid.sensors.ptx_training`).
+Further effects can be added: friction that depends on temperature, level and rate, a flow, backlash
+(`smid.sensors.ptx_dynamics`). `smid.sensors.ptx_selection` keeps those that lower the error on other samples.
+
+All parameters are trained together (`smid.sensors.ptx_error`).
 
 Reference: clutch thesis, section 6.2 (asks for such a sensor); Brokate, Sprekels, "Hysteresis and Phase Transitions"
 (1996), for the plays.

@@ -26,7 +26,7 @@ from smid.data import Dataset
 from smid.data.channel import name_hint
 from smid.models import ModelError
 from smid.signals import ramp, step
-from smid.theses.clutch.plant import SAMPLING_TIME
+from smid.theses.clutch.plant import SAMPLING_TIME, ClutchPlant
 from smid.theses.clutch.position import ReturnSpring
 from smid.theses.clutch.records import actuator_record
 
@@ -39,7 +39,9 @@ DURATION = 48.0  # s
 GOLDEN_SECTION = 0.6180339887498949
 
 
-def held_records(names: str | Sequence[str] = HELD_RECORDS, *, seed: int = 1) -> Dataset:
+def held_records(
+    names: str | Sequence[str] = HELD_RECORDS, *, seed: int = 1, plant: ClutchPlant | None = None
+) -> Dataset:
     """Simulate records with long holds, with the channels of `smid.data.bundled.load_clutch`.
 
     Parameters
@@ -48,6 +50,8 @@ def held_records(names: str | Sequence[str] = HELD_RECORDS, *, seed: int = 1) ->
         Among `HELD_RECORDS`.
     seed
         Of the noise: uniform, within 0.3 bar and 0.05 mm.
+    plant
+        From current to pressure; by default with all effects.
 
     Raises
     ------
@@ -68,7 +72,7 @@ def held_records(names: str | Sequence[str] = HELD_RECORDS, *, seed: int = 1) ->
         profile = {"step_a": _excursions, "step_b": _walk, "ramp_a": _ramps}[name.split("C_")[1]]
         temperature = float(name.split("C_")[0].replace("m", "-"))
         noise = np.random.default_rng([seed, HELD_RECORDS.index(name)])
-        made.append(actuator_record(profile(), temperature, seed=noise, name=name, spring=STRONG))
+        made.append(actuator_record(profile(), temperature, seed=noise, name=name, plant=plant, spring=STRONG))
     return made[0].with_experiments([data.experiments[0] for data in made])
 
 
