@@ -76,7 +76,7 @@ class HeldChapter(Chapter):
         "that its findings can occur: levels of 2.5 s, friction 2.5 bar, preload 5 bar. Its errors are of normalised "
         "data, so only ratios within a table can be compared.",
         "The ratios depend on the share of samples in transients, on noise and on the shape of the curve, which are "
-        "assumptions. No size was fitted to reproduce a printed number.",
+        "assumptions.",
         "Tables 5.1 and 5.2 lack the row of 100 neurons, which takes long on records of 24,001 samples; smid clutch "
         "sensors has it on the bundled records.",
     )
