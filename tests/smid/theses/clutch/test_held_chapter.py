@@ -58,7 +58,7 @@ def test_the_printed_tables_agree_with_themselves(data):
     step_a, step_b = (data.select(name) for name in ("20C_step_a", "20C_step_b"))
     polynomial = CFPX(8).fit(step_a, seed=1)
     known = {
-        "CPX20": CPX((3,)).fit(step_a, seed=1, starts=1),
+        "CPX20 filtered": CPX((3,)).fit(step_a, seed=1, starts=1),
         "CPX20H": CPX((3,)).fit(step_b, seed=1, starts=1),
         "PX20H": PX((3,)).fit(step_b, seed=1, starts=1),
         "CFPX20 filtered": MedianFiltered(polynomial, 250),
