@@ -80,7 +80,7 @@ def test_recursive_prints_writes_and_reports(smid, small):
     document = json.loads(result.output)  # standard output carries nothing else
     assert document["schema"] == "smid.clutch-recursive/1"
     assert document["sets"]["never_left"] is True
-    assert len(document["estimators"]["trackings"]) == 16
+    assert len(document["estimators"]["trackings"]) == 6 * 2 * 2  # methods, models, records
     page = Path("out.html").read_text(encoding="utf-8")
     for words in ("2e-14", "Recursive set-membership", "What cannot be compared", "figure 3.12"):
         assert words in page
