@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from benchmarks import networks, recursive_sets, virtual_sensors
+from benchmarks import foreign_plants, networks, recursive_sets, virtual_sensors
 
 HEAD = """# Benchmark of the clutch models
 
@@ -15,7 +15,7 @@ writes this page."""
 def main() -> None:
     """Print each part as it comes, then write them all."""
     parts = [HEAD]
-    for run in (networks.run, virtual_sensors.run, *recursive_sets.SECTIONS.values()):
+    for run in (networks.run, virtual_sensors.run, foreign_plants.run, *recursive_sets.SECTIONS.values()):
         parts.append(run())
         print(f"\n{parts[-1]}", flush=True)
     (Path(__file__).parent.parent / "docs" / "clutch.md").write_text("\n\n".join(parts) + "\n", encoding="utf-8")

@@ -73,6 +73,8 @@ static range exp_range(range x) {
   return found;
 }
 
+static ball exp_ball(ball x) { return balls(exp_range(bounds(x))); }
+
 static range tanh_range(range x) {
   double lower = tanh(x.lower), upper = tanh(x.upper);
   lower -= 4 * DBL_EPSILON * fabs(lower);
@@ -92,6 +94,9 @@ static range square_range(range x) {
 static range mixed(double pole, range signal, range memory) {
   return bounds(plus(times(minus(exact(1.0), exact(pole)), balls(signal)), times(exact(pole), balls(memory))));
 }
+
+/* The position of a pushed part; see play.py. */
+static double clipped(double before, double s, double r) { return smaller(larger(before, s - r), s + r); }
 
 /* Weights times balls, plus biases; the weight of row i and column k is w[i * down + k * right]. */
 static void affine(int rows, int columns, const double *w, int down, int right, const double *b, const ball *x,

@@ -1,7 +1,8 @@
 """A sensor for any record: several structures are trained, one is chosen on other samples, a third part tests it.
 
 1. Each structure is trained on the training part.
-2. The structure of the least RMSE on the selection part is chosen. A dead zone is added if it lowers that RMSE.
+2. The structure of the least RMSE on the selection part is chosen. A sensor with hysteresis gets the further effects,
+   and any sensor a dead zone, that lower that RMSE.
 3. The selection part gives the bound of the error.
 4. The test part is read once, after the choice.
 """
@@ -33,14 +34,17 @@ from smid.sensors.check import SensorCheck, check_sensor
 from smid.sensors.cpx import CPX
 from smid.sensors.dead_zone import DeadZone, enforced
 from smid.sensors.ptx import PTX
+from smid.sensors.ptx_dynamics import EFFECTS
+from smid.sensors.ptx_selection import choose_effects
 from smid.sensors.px import PX
 from smid.sensors.sensor import VirtualSensor, require_training_data
 from smid.sensors.trained_on import TrainedOn
 
-__all__ = ["STRUCTURES", "Candidate", "SensorTraining", "train_sensor"]
+__all__ = ["STRUCTURES", "Candidate", "SensorTraining", "cut_records", "train_sensor"]
 
 STRUCTURES = ("polynomial", "network", "delays", "hysteresis")
 SHARES = (0.6, 0.2)  # of each record: training, selection; the rest is the test
+MOST = 5  # parameters that an effect adds at most
 LEAD = 500  # samples before a part, over which a sensor finds its state
 
 
@@ -219,7 +223,12 @@ def train_sensor(
             if interrupts:
                 notes.append(f"interrupted at {name}, structure {number} of {len(small)}: the others were not tried")
                 break
-    best = min(candidates, key=lambda c: c.selection)
+        best = min(candidates, key=lambda c: c.selection)
+        stopped = bool(interrupts)
+        candidates.extend(_with_effects(best, training, selection, seed, progress, interrupts))
+        best = min(candidates, key=lambda c: c.selection)
+        if interrupts and not stopped:
+            notes.append(f"interrupted at the effects of {best.name}: the others were not tried")
     pressure = best.sensor.channels[0]
     zoned = enforced(DeadZone(best.sensor, pressure), training)
     if zoned.threshold is not None:
@@ -247,14 +256,32 @@ def _parts(training: Dataset, selection: Dataset | None, test: Dataset | None) -
     last = 1.0 if test is not None else first + second
     middle = last if selection is not None else first * last / (first + second)
     return (
-        _cut(training, 0.0, middle),
-        _cut(training, middle, last) if selection is None else selection,
-        _cut(training, last, 1.0) if test is None else test,
+        cut_records(training, 0.0, middle),
+        cut_records(training, middle, last) if selection is None else selection,
+        cut_records(training, last, 1.0) if test is None else test,
     )
 
 
-def _cut(data: Dataset, begin: float, end: float) -> Dataset:
-    """Return a part of each record, after a lead-in that the sensor runs over and that is not scored."""
+def cut_records(data: Dataset, begin: float, end: float) -> Dataset:
+    """Return a part of each record, after a lead-in that the sensor runs over and that is not scored.
+
+    Parameters
+    ----------
+    begin, end
+        Shares of the record, from 0 to 1.
+
+    Raises
+    ------
+    DataError
+        If a record is too short.
+
+    Examples
+    --------
+    >>> from smid.data.bundled import load_clutch
+    >>> part = cut_records(load_clutch("20C_step_a"), 0.6, 0.8)
+    >>> part.n_samples, part.n_init
+    (1500, 500)
+    """
     lead = min(LEAD, *(round(begin * run.n_samples) for run in data.experiments))
     runs = []
     for run in data.experiments:
@@ -289,6 +316,30 @@ def _offered(
                     f"hysteresis of {name}{warm}, {words}",
                     PTX(plays=plays, pressure=name, temperature=temperature, output=output),
                 )
+
+
+def _with_effects(
+    best: Candidate,
+    training: Dataset,
+    selection: Dataset,
+    seed: int,
+    progress: Progress | None,
+    interrupts: Sequence[int],
+) -> Iterator[Candidate]:
+    """Yield a sensor with hysteresis after each effect that was offered; an effect that does not serve is left out."""
+    if not isinstance(best.sensor, PTX):
+        return
+    for effect in EFFECTS:
+        if interrupts or best.sensor.n_parameters + MOST > 0.7 * training.n_samples:
+            return
+        tell = _teller(progress, f"{best.name}, with {effect}")
+        try:
+            chosen = choose_effects(best.sensor, training, selection, effects=[effect], seed=seed, progress=tell).sensor
+        except KeyboardInterrupt:
+            return
+        if chosen.effects != best.sensor.effects:
+            best = _scored(f"{best.name}, with {effect}", chosen, training, selection)
+            yield best
 
 
 @contextmanager

@@ -99,7 +99,7 @@ class NetworkBlock(Block):
         value = graph.join(*signals)
         *hidden, (matrix, bias) = self.network.layers()
         for weights, biases in hidden:
-            value = graph.add("Tanh", graph.add("MatMul", weights, value) + graph.tensor(biases))
+            value = (graph.add("MatMul", weights, value) + graph.tensor(biases)).tanh()
         return graph.add("MatMul", matrix, value) + graph.tensor(bias), memory
 
     def code(self, name: str, signals: Sequence[str]) -> Code:

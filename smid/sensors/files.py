@@ -19,7 +19,7 @@ from smid.sensors.sensor import VirtualSensor
 
 __all__ = ["save_sensor", "sensor_from_dict", "sensor_to_dict"]
 
-SENSOR = "smid.sensor/2"
+SENSOR = "smid.sensor/3"
 GROUP = "smid.sensors"
 Sensor = VirtualSensor | BoundedSensor
 

@@ -56,7 +56,7 @@ def lag(signal: Array, decay: Array, before: float) -> Array:
 
 
 def lag_derivatives(sources: Array, decay: Array) -> Array:
-    """Return ``d_t = a_t d_{t-1} + source_t`` from zero, for sources of shape (p, n) and poles of shape (n,).
+    """Return ``d_t = a_t d_{t-1} + source_t`` from zero, for sources of shape (p, n) and factors of shape (n,).
 
     Examples
     --------
@@ -64,7 +64,7 @@ def lag_derivatives(sources: Array, decay: Array) -> Array:
     array([[1.  , 0.5 , 0.25]])
     """
     result, reach, shift = sources.copy(), decay, 1
-    while shift < decay.size and reach.max() > _FADED:
+    while shift < decay.size and np.abs(reach).max() > _FADED:
         result[:, shift:] += reach[shift:] * result[:, :-shift]
         reach = np.concatenate([np.zeros(shift), reach[shift:] * reach[:-shift]])
         shift *= 2
@@ -73,29 +73,28 @@ def lag_derivatives(sources: Array, decay: Array) -> Array:
 
 @dataclass(frozen=True)
 class Lag(Block):
-    """A lag of a signal; it may read a temperature, from which the time constant depends.
+    """A lag of a signal; the time constant may fall with further signals, such as a temperature.
 
     Parameters
     ----------
     time_constant
-        At the reference temperature, in seconds.
+        At the references, in seconds.
     sampling_time
         In seconds.
-    slope
-        Relative fall of the time constant per unit of the temperature.
-    reference
-        In the unit of the temperature.
+    falls
+        Of each further signal: the relative fall of the time constant per unit of it, and its reference.
     """
 
     time_constant: float
     sampling_time: float
-    slope: float = 0.0
-    reference: float = 0.0
+    falls: tuple[tuple[float, float], ...] = ()
 
-    def pole(self, temperature: Array) -> Array:
-        """Return the pole at each temperature."""
-        tau = self.time_constant * np.exp(-self.slope * (temperature - self.reference))
-        return np.asarray(np.exp(-self.sampling_time / tau))
+    def pole(self, others: Sequence[Array]) -> Array:
+        """Return the pole at each sample of the further signals."""
+        exponent = np.asarray(0.0)
+        for (slope, reference), other in zip(self.falls, others, strict=True):
+            exponent = exponent - slope * (other - reference)
+        return np.asarray(np.exp(-self.sampling_time / (self.time_constant * np.exp(exponent))))
 
     def rest(self, first: Sequence[Array]) -> Array:
         """Return the first sample; see `Block.rest`."""
@@ -103,9 +102,9 @@ class Lag(Block):
 
     def advance(self, signals: Sequence[Array], memory: Array) -> tuple[Array, Array]:
         """Return the lagged signal; see `Block.advance`."""
-        signal = signals[0]
-        warmth = signals[1] if len(signals) > 1 else np.full(signal.size, self.reference)
-        lagged = lag(signal, self.pole(warmth), float(memory[0]))
+        signal, *others = signals
+        poles = np.broadcast_to(self.pole(others), signal.shape)
+        lagged = lag(signal, poles, float(memory[0]))
         return lagged, lagged[-1:]
 
     def enclose(self, signals: Sequence[Range], memory: Range, cells: int) -> tuple[Range, Range]:  # noqa: ARG002
@@ -113,38 +112,46 @@ class Lag(Block):
 
         It is linear in the pole, so its ends are at the least and the largest pole.
         """
-        poles = self.poles(signals[1] if len(signals) > 1 else Range.exact(self.reference))
-        ends = []
+        signal, *others = signals
+        poles, ends = self.poles(others), []
         for pole in (poles.lower, poles.upper):
             a = Balls.exact(pole)
-            ends.append(Range.of((Balls.exact(1.0) - a) * signals[0].balls + a * memory[0].balls))
+            ends.append(Range.of((Balls.exact(1.0) - a) * signal.balls + a * memory[0].balls))
         found = ends[0].hull(ends[1])
         return found, found[None]
 
-    def poles(self, warmth: Range) -> Range:
-        """Return the range of the pole over a range of temperatures."""
-        rate = -(Balls.exact(self.slope) * (warmth.balls - Balls.exact(self.reference)))
-        tau = Balls.exact(self.time_constant) * Range.of(rate).exp().balls
-        return Range.of(-(Balls.exact(self.sampling_time) / tau)).exp()
+    def poles(self, others: Sequence[Range]) -> Range:
+        """Return the range of the pole over ranges of the further signals."""
+        exponent = Balls.exact(0.0)
+        for (slope, reference), other in zip(self.falls, others, strict=True):
+            exponent = exponent - Balls.exact(slope) * (other.balls - Balls.exact(reference))
+        tau = Balls.exact(self.time_constant) * Range.of(exponent).exp().balls
+        return Range.of(Balls.exact(-self.sampling_time) / tau).exp()
 
     def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:
         """Return the lagged signal; see `Block.onnx`."""
-        signal, before = signals[0], memory.begun(signals[0])
-        if len(signals) > 1:
-            tau = self.time_constant * (-self.slope * (signals[1] - self.reference)).exp()
-            lagged = signal + (tau.graph.tensor(-self.sampling_time) / tau).exp() * (before - signal)
+        signal, *others = signals
+        if others:
+            exponent = memory.graph.tensor(0.0)
+            for (slope, reference), other in zip(self.falls, others, strict=True):
+                exponent = exponent - slope * (other - reference)
+            pole = (-self.sampling_time / (self.time_constant * exponent.exp())).exp()
         else:
-            lagged = signal + float(self.pole(np.asarray(self.reference))) * (before - signal)
+            pole = memory.graph.tensor(self.pole([]))
+        lagged = signal + pole * (memory.begun(signal) - signal)
         return lagged, lagged
 
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return the recursion; see `Block.code`."""
-        if len(signals) > 1:
-            tau = f"{self.time_constant!r} * exp({-self.slope!r} * ({signals[1]} - ({self.reference!r})))"
-            pole = f"exp(-{self.sampling_time!r} / ({tau}))"
+        g, *others = signals
+        if not others:
+            pole = repr(float(self.pole([])))
         else:
-            pole = repr(float(self.pole(np.asarray(self.reference))))
-        g = signals[0]
+            terms = "".join(
+                f" - {slope!r} * ({other} - ({reference!r}))"
+                for (slope, reference), other in zip(self.falls, others, strict=True)
+            )
+            pole = f"exp(-{self.sampling_time!r} / ({self.time_constant!r} * exp(0.0{terms})))"
         return Code(
             update=f"{name} = {g} + {pole} * (m[0] - {g});\nm[0] = {name};",
             size=1,
@@ -153,20 +160,21 @@ class Lag(Block):
 
     def range_code(self, name: str, signals: Sequence[str]) -> Code:
         """Return the means with the least and the largest pole; see `Block.range_code`."""
-        if len(signals) > 1:
+        g, *others = signals
+        if others:
+            exponent = "exact(0.0)"
+            for (slope, reference), other in zip(self.falls, others, strict=True):
+                exponent = f"minus({exponent}, times(exact({slope!r}), minus(balls({other}), exact({reference!r}))))"
             poles = (
-                f"const ball warmth = minus(balls({signals[1]}), exact({self.reference!r}));\n"
-                f"  const range rate = bounds(times(exact({-self.slope!r}), warmth));\n"
-                f"  const ball tau = times(exact({self.time_constant!r}), balls(exp_range(rate)));\n"
+                f"const ball tau = times(exact({self.time_constant!r}), exp_ball({exponent}));\n"
                 f"  const range poles = exp_range(bounds(over(exact({-self.sampling_time!r}), tau)));"
             )
         else:
-            poles = c_range("poles", self.poles(Range.exact(self.reference)))
+            poles = c_range("poles", self.poles([]))
         return Code(
             f"{{ {poles}\n"
             "  const range memory = {low[0], high[0]};\n"
-            f"  const range ends[] = {{mixed(poles.lower, {signals[0]}, memory), "
-            f"mixed(poles.upper, {signals[0]}, memory)}};\n"
+            f"  const range ends[] = {{mixed(poles.lower, {g}, memory), mixed(poles.upper, {g}, memory)}};\n"
             f"  low[0] = {name}.lower = smaller(ends[0].lower, ends[1].lower);\n"
             f"  high[0] = {name}.upper = larger(ends[0].upper, ends[1].upper); }}"
         )

@@ -24,7 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relaxations.algebra.arrays import Array
-from smid.sensors.program import Block, Code, both_ends
+from relaxations.algebra.ball_arithmetic import Balls
+from smid.sensors.c_ranges import c_range
+from smid.sensors.program import Block, Code
 from smid.sensors.ranges import Range
 from smid.sensors.tensor import Tensor
 
@@ -50,7 +52,7 @@ class Play:
     side: Array
 
 
-def play(signal: Array, threshold: float, before: float) -> Play:
+def play(signal: Array, threshold: Array | float, before: float) -> Play:
     """Return the response of a play operator.
 
     Parameters
@@ -58,7 +60,7 @@ def play(signal: Array, threshold: float, before: float) -> Play:
     signal
         Shape (n,). Position of the part that pushes.
     threshold
-        Half the slack, in the unit of the signal.
+        Half the slack, in the unit of the signal; one number, or shape (n,).
     before
         Position of the pushed part before the first sample.
 
@@ -81,15 +83,25 @@ def play(signal: Array, threshold: float, before: float) -> Play:
 
 @dataclass(frozen=True)
 class Pushed(Block):
-    """The position of the pushed part.
+    """The position of the pushed part; it may read a temperature, on which the slack depends.
 
     Parameters
     ----------
     threshold
-        Half the slack, in the unit of the signal.
+        Half the slack at the reference temperature, in the unit of the signal.
+    slope
+        Relative fall of the slack per unit of the temperature.
+    reference
+        In the unit of the temperature.
     """
 
     threshold: float
+    slope: float = 0.0
+    reference: float = 0.0
+
+    def slack(self, temperature: Array) -> Array:
+        """Return half the slack at each temperature."""
+        return np.asarray(self.threshold * np.exp(-self.slope * (temperature - self.reference)))
 
     def rest(self, first: Sequence[Array]) -> Array:
         """Return the middle of the slack; see `Block.rest`."""
@@ -97,38 +109,53 @@ class Pushed(Block):
 
     def advance(self, signals: Sequence[Array], memory: Array) -> tuple[Array, Array]:
         """Return the positions; see `Block.advance`."""
-        position = play(signals[0], self.threshold, float(memory[0])).position
+        slack = self.slack(signals[1]) if len(signals) > 1 else self.threshold
+        position = play(signals[0], slack, float(memory[0])).position
         return position, position[-1:]
 
     def enclose(self, signals: Sequence[Range], memory: Range, cells: int) -> tuple[Range, Range]:  # noqa: ARG002
-        """Return the range; it rises with the signal and with the memory; see `Block.enclose`."""
+        """Return the range; see `Block.enclose`.
+
+        The position rises with the signal and with the memory, and is monotone in the slack.
+        """
+        slack = Range.exact(self.threshold)
+        if len(signals) > 1:
+            cold = Balls.exact(-self.slope) * (signals[1].balls - Balls.exact(self.reference))
+            slack = Range.of(Balls.exact(self.threshold) * Range.of(cold).exp().balls)
 
         def clipped(before: Array, s: Array) -> Array:
-            return np.clip(before, s - self.threshold, s + self.threshold)
+            return np.array([np.clip(before, s - r, s + r) for r in (slack.lower, slack.upper)])
 
-        found = Range(clipped(memory.lower[0], signals[0].lower), clipped(memory.upper[0], signals[0].upper))
-        # The two sums of the clip are rounded.
-        slack = np.spacing(np.abs(signals[0].lower) + np.abs(signals[0].upper) + self.threshold)
-        moved = Range(found.lower - slack, found.upper + slack)
+        lower = clipped(memory.lower[0], signals[0].lower).min(axis=0)
+        upper = clipped(memory.upper[0], signals[0].upper).max(axis=0)
+        # The two sums of the clip are rounded; where the memory stays, it is exact.
+        rounding = np.spacing(np.abs(signals[0].lower) + np.abs(signals[0].upper) + slack.upper)
         found = Range(
-            np.where(found.lower == memory.lower[0], found.lower, moved.lower),
-            np.where(found.upper == memory.upper[0], found.upper, moved.upper),
+            np.where(lower == memory.lower[0], lower, lower - rounding),
+            np.where(upper == memory.upper[0], upper, upper + rounding),
         )
         return found, found[None]
 
     def onnx(self, signals: Sequence[Tensor], memory: Tensor) -> tuple[Tensor, Tensor]:
         """Return the position; see `Block.onnx`."""
-        position = memory.begun(signals[0]).clip(signals[0] - self.threshold, signals[0] + self.threshold)
+        signal, *warmth = signals
+        slack: Tensor | float = self.threshold
+        if warmth:
+            slack = self.threshold * (-self.slope * (warmth[0] - self.reference)).exp()
+        position = memory.begun(signal).clip(signal - slack, signal + slack)
         return position, position
 
     def code(self, name: str, signals: Sequence[str]) -> Code:
         """Return the two clips; see `Block.code`."""
         s, r = signals[0], repr(self.threshold)
+        if len(signals) > 1:
+            r = f"{r} * exp({-self.slope!r} * ({signals[1]} - ({self.reference!r})))"
         return Code(
             update=(
-                f"{name} = m[0];\n"
-                f"if ({name} < {s} - {r}) {name} = {s} - {r};\n"
-                f"if ({name} > {s} + {r}) {name} = {s} + {r};\n"
+                f"{{ const double r = {r};\n"
+                f"  {name} = m[0];\n"
+                f"  if ({name} < {s} - r) {name} = {s} - r;\n"
+                f"  if ({name} > {s} + r) {name} = {s} + r; }}\n"
                 f"m[0] = {name};"
             ),
             size=1,
@@ -136,12 +163,21 @@ class Pushed(Block):
         )
 
     def range_code(self, name: str, signals: Sequence[str]) -> Code:
-        """Return the clips of both ends, widened where they moved; see `Block.range_code`."""
-        s = signals[0]
+        """Return the clips with the least and the largest slack; see `Block.range_code`."""
+        s, *warmth = signals
+        slack = c_range("slack", Range.exact(self.threshold))
+        if warmth:
+            cold = f"times(exact({-self.slope!r}), minus(balls({warmth[0]}), exact({self.reference!r})))"
+            slack = f"const range slack = bounds(times(exact({self.threshold!r}), exp_ball({cold})));"
+        lower, upper = (
+            f"clipped({end}[0], {s}.{side}, slack.lower), clipped({end}[0], {s}.{side}, slack.upper)"
+            for end, side in (("low", "lower"), ("high", "upper"))
+        )
         return Code(
-            "{ const range before = {low[0], high[0]};\n"
-            f"  const double slack = DBL_EPSILON * (fabs({s}.lower) + fabs({s}.upper) + {self.threshold!r});\n"
-            f"{both_ends(self, name, signals).update}\n"
-            f"  if ({name}.lower != before.lower) low[0] = {name}.lower -= slack;\n"
-            f"  if ({name}.upper != before.upper) high[0] = {name}.upper += slack; }}"
+            f"{{ {slack}\n"
+            f"  const double lower = smaller({lower});\n"
+            f"  const double upper = larger({upper});\n"
+            f"  const double rounding = DBL_EPSILON * (fabs({s}.lower) + fabs({s}.upper) + slack.upper);\n"
+            f"  low[0] = {name}.lower = lower == low[0] ? lower : lower - rounding;\n"
+            f"  high[0] = {name}.upper = upper == high[0] ? upper : upper + rounding; }}"
         )

@@ -70,6 +70,12 @@ class Tensor:
 
     __rmul__ = __mul__
 
+    def __rtruediv__(self, other: float) -> Tensor:
+        return self.graph.add("Div", other, self)
+
+    def __abs__(self) -> Tensor:
+        return self.graph.add("Abs", self)
+
     def __getitem__(self, part: slice) -> Tensor:
         ends = [np.array([end], dtype=np.int64) for end in (part.start or 0, part.stop)]
         return self.graph.add("Slice", self, *ends)
@@ -85,3 +91,7 @@ class Tensor:
     def exp(self) -> Tensor:
         """Return the exponentials."""
         return self.graph.add("Exp", self)
+
+    def tanh(self) -> Tensor:
+        """Return the hyperbolic tangents."""
+        return self.graph.add("Tanh", self)

@@ -26,6 +26,8 @@ clutch = _studies(
     "Repeat the studies of the clutch thesis on simulated records (data/README.md).",
     {
         "hammerstein": "Identify a Hammerstein model in three phases (section 3.2).",
+        "holds": "Repeat tables 5.1 to 5.4 on records with long holds and strong hysteresis.",
+        "plants": "Compare one sensor with those of the thesis on six plants (section 6.2).",
         "records": "List the bundled records.",
         "recursive": "Estimate recursively, and certify recursive sets (sections 3.3 and 6.2).",
         "sensors": "Train virtual sensors of the position (chapter 5, section 6.2).",

@@ -52,6 +52,8 @@ from smid.study import phases
 from smid.theses.clutch.overview import record_overview
 from smid.theses.clutch.sensor_study import (
     ErrorTable,
+    ForeignRow,
+    ForeignStudy,
     IntervalRow,
     IntervalStudy,
     SensorTraces,
@@ -252,6 +254,7 @@ def clutch():
     errors = ErrorTable("RMSE in mm.", ("CPX", "PTX"), ("20C_step_b",), np.array([[0.2, 0.1]]))
     rows = (IntervalRow("20C_ramp_b", bounded.margin, 0.99, 0.4),)
     yield from (errors, table_5_3(), SingleSensorStudy(PTX(), {}, errors, errors), IntervalStudy(bounded, rows, data))
+    yield ForeignStudy((ForeignRow("rate", "20C_step_b", ("flow",), 0.1, 0.05, ("PX", 0.2), ("CPX all", 0.1)),))
     yield SensorTraces("5.14", ("20C_ramp_b",), np.arange(3.0), np.ones(3), np.ones(3), {"PX": np.zeros(3)})
 
 

@@ -118,7 +118,7 @@ def test_mistakes_are_told_in_one_line(trained, smid):
         ("check s.json amps.csv", "supply_pressure is in A, but the sensor was trained on records in bar: convert"),
         ("run s.json amps.csv", "supply_pressure is in A, but the sensor was trained on records in bar: convert"),
         ("run s.json back.csv", "row 3 (0.005 s) lies before that of row 2 (0.01 s); sort"),
-        ("run older.json two.csv", "reads smid.sensor/2: use the version of smid that wrote it"),
+        ("run older.json two.csv", "reads smid.sensor/3: use the version of smid that wrote it"),
         ("run s.json two.csv --state odd.json", "is no state of this sensor"),
         ("run s.json run.csv", "no column 'supply_pressure'"),
         ("export s.json 2nd.c", "cannot begin the name of a C function"),

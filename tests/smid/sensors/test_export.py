@@ -22,6 +22,9 @@ from smid.sensors import (
     export_onnx,
     trained_range,
 )
+from smid.sensors.bounded import BoundedSensor
+from smid.sensors.flow import FlowLaw
+from smid.sensors.ptx_dynamics import EFFECTS, LevelLaw, RateLaw
 
 GCC = shutil.which("gcc") or shutil.which("cc")
 needs_compiler = pytest.mark.skipif(GCC is None, reason="no C compiler: install gcc")
@@ -33,12 +36,25 @@ SENSORS = {
     "CFPX": CFPX(order=12),
     "CFPX of order 0": CFPX(order=0),
     "PTX": PTX(hidden=(3,), plays=2),
+    "PTX with all effects": PTX(hidden=(2,), plays=1, effects=EFFECTS),
     "PTX without temperature": PTX(hidden=(3,), plays=1, temperature=None),
+    "PTX with effects, without temperature": PTX(
+        hidden=(2,), plays=1, temperature=None, effects=("flow", "backlash", "level", "rate")
+    ),
     "PTX without plays": PTX(hidden=(2,), plays=0),
     "median": MedianFiltered(CPX(hidden=(3,)), order=20, causal=True),
     "dead zone": DeadZone(PX(hidden=(3,))),
     "both": DeadZone(MedianFiltered(CFPX(order=5), order=7, causal=True)),
 }
+
+LAWS = {
+    "flow": {"flow": FlowLaw(0.02, 0.01, 1e-4, 0.03, 10.0, 0.005)},
+    "temperature": {"friction_slope": 0.02},
+    "backlash": {"backlash": 0.2},
+    "level": {"level": LevelLaw(0.05, 10.0)},
+    "rate": {"rate": RateLaw(-0.7, 1.0, 0.02)},
+}
+STRONG = (*((effect,) for effect in EFFECTS), EFFECTS)
 
 MAIN = """\
 #include "sensor.h"
@@ -68,6 +84,15 @@ int main(void) {
 def trained():
     data = load_clutch(["20C_step_a", "60C_step_a"]).crop(1200, 1800)
     return {name: bound_error(sensor.fit(data, seed=1, starts=1), data) for name, sensor in SENSORS.items()}
+
+
+def with_strong(bounded, effects):
+    """Return a sensor with more friction and with effects as no training would find them."""
+    sensor = bounded.sensor
+    laws = {name: law for effect in effects for name, law in LAWS[effect].items()}
+    friction = {"thresholds": (0.8, 2.5), "forces": (0.6, 1.1)}
+    dynamics = replace(sensor.dynamics, **friction, **laws)
+    return replace(bounded, sensor=replace(sensor, effects=effects, dynamics=dynamics))
 
 
 def compiled(sensor, folder):
@@ -107,10 +132,8 @@ def test_c_without_error_bound(trained, tmp_path):
     )
 
 
-@needs_compiler
-@pytest.mark.parametrize(("name", "bounded"), [*((name, True) for name in SENSORS), ("PTX", False)])
-def test_c_bridges_lost_samples_as_the_stream_does(trained, name, bounded, tmp_path):
-    sensor = trained[name] if bounded else trained[name].sensor
+def bridges_as_the_stream_does(sensor, folder):
+    """Compare the exported C with the stream, where 10 % of the samples and a part are lost."""
     run = load_clutch("20C_step_b").crop(300, 620).experiments[0]
     names = [signal.name for signal in sensor.trained_on.inputs]
     samples = np.stack([run.values[n] for n in names], axis=1)
@@ -121,8 +144,27 @@ def test_c_bridges_lost_samples_as_the_stream_does(trained, name, bounded, tmp_p
     said = [stream.update(0.002 * k, **dict(zip(names, row, strict=True))) for k, row in enumerate(samples)]
     expected = np.array([(now.position, now.lower, now.upper) for now in said])
     np.testing.assert_allclose(
-        compiled(sensor, tmp_path)(samples), expected, rtol=0, atol=1e-12 * max(1.0, np.abs(expected).max())
+        compiled(sensor, folder)(samples), expected, rtol=0, atol=1e-12 * max(1.0, np.abs(expected).max())
     )
+
+
+@needs_compiler
+@pytest.mark.parametrize(("name", "bounded"), [*((name, True) for name in SENSORS), ("PTX", False)])
+def test_c_bridges_lost_samples_as_the_stream_does(trained, name, bounded, tmp_path):
+    bridges_as_the_stream_does(trained[name] if bounded else trained[name].sensor, tmp_path)
+
+
+@needs_compiler
+@pytest.mark.parametrize("effects", STRONG)
+def test_c_holds_each_effect_where_it_is_strong(trained, effects, tmp_path):
+    sensor = with_strong(trained["PTX"], effects)
+    bridges_as_the_stream_does(sensor, tmp_path)
+    data = load_clutch("60C_ramp_b").crop(0, 3000)
+    samples = np.stack([data.values(s.name) for s in sensor.trained_on.inputs], axis=1)
+    expected = sensor.predict(data).position[0]
+    without = with_strong(trained["PTX"], ()).predict(data).position[0]
+    assert np.abs(expected - without).max() > 0.01
+    np.testing.assert_allclose(compiled(sensor, tmp_path)(samples)[:, 0], expected, rtol=0, atol=1e-11)
 
 
 def test_what_c_cannot_hold(trained, tmp_path):
@@ -141,21 +183,31 @@ def test_what_c_cannot_hold(trained, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("name", [name for name in SENSORS if name not in ("median", "both")])
-def test_onnx_says_what_predict_says(trained, name, tmp_path):
+def onnx_says_what_predict_says(sensor, folder):
+    """Run the ONNX model sample by sample, and compare with `predict`."""
     onnxruntime = pytest.importorskip("onnxruntime", reason="no ONNX runtime: pip install onnxruntime")
     data = load_clutch("20C_step_b").crop(300, 900)
-    for sensor in (trained[name], trained[name].sensor):
-        session = onnxruntime.InferenceSession(export_onnx(sensor, tmp_path / "sensor.onnx").read_bytes())
-        memory = np.full(session.get_inputs()[1].shape, np.nan)
-        found = []
-        for row in np.stack([data.values(s.name) for s in sensor.trained_on.inputs], axis=1):
-            y, memory = session.run(None, {"u": row, "memory": memory})
-            found.append(y)
-        said = sensor.predict(data)
-        ends = [said.lower[0], said.upper[0]] if sensor is trained[name] else []
-        expected = np.stack([said.position[0], *ends], axis=1)
-        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * max(1.0, np.abs(expected).max()))
+    session = onnxruntime.InferenceSession(export_onnx(sensor, folder / "sensor.onnx").read_bytes())
+    memory = np.full(session.get_inputs()[1].shape, np.nan)
+    found = []
+    for row in np.stack([data.values(s.name) for s in sensor.trained_on.inputs], axis=1):
+        y, memory = session.run(None, {"u": row, "memory": memory})
+        found.append(y)
+    said = sensor.predict(data)
+    ends = [said.lower[0], said.upper[0]] if isinstance(sensor, BoundedSensor) else []
+    expected = np.stack([said.position[0], *ends], axis=1)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * max(1.0, np.abs(expected).max()))
+
+
+@pytest.mark.parametrize("name", [name for name in SENSORS if name not in ("median", "both")])
+def test_onnx_says_what_predict_says(trained, name, tmp_path):
+    onnx_says_what_predict_says(trained[name], tmp_path)
+    onnx_says_what_predict_says(trained[name].sensor, tmp_path)
+
+
+@pytest.mark.parametrize("effects", STRONG)
+def test_onnx_holds_each_effect_where_it_is_strong(trained, effects, tmp_path):
+    onnx_says_what_predict_says(with_strong(trained["PTX"], effects), tmp_path)
 
 
 def test_what_onnx_cannot_hold(trained, tmp_path):

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from smid.data import DataError
 from smid.data.bundled import load_clutch
 from smid.sensors import CFPX, CPX, PTX, PX, DeadZone, MedianFiltered, bound_error
+from smid.sensors.ptx_dynamics import EFFECTS
 from smid.sensors.trained_on import Signal
 
 PART = (1200, 1800)
@@ -18,6 +19,7 @@ SENSORS = {
     "CPX": CPX(hidden=(4,)),
     "CFPX": CFPX(order=12),
     "PTX": PTX(hidden=(3,), plays=2),
+    "PTX with all effects": PTX(hidden=(2,), plays=1, effects=EFFECTS),
     "median": MedianFiltered(PX(hidden=(3,)), order=7, causal=True),
     "dead zone": DeadZone(PX(hidden=(3,))),
 }

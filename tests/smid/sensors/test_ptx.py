@@ -15,8 +15,9 @@ from smid.networks import Scaling, TanhNetwork, weight_count
 from smid.sensors import CPX, PTX, MedianFiltered, TrainedOn
 from smid.sensors.lag import lag, lag_derivatives
 from smid.sensors.play import play
-from smid.sensors.ptx_dynamics import Dynamics
-from smid.sensors.ptx_training import PTXError, Record
+from smid.sensors.ptx_dynamics import EFFECTS, Dynamics
+from smid.sensors.ptx_error import STARTS, PTXError, Record
+from smid.sensors.ptx_selection import choose_effects
 from smid.theses.clutch import simulate_clutch, simulate_position
 from smid.theses.clutch.sensor_study import HELD_OUT, interval_study
 
@@ -62,20 +63,30 @@ def test_lag_derivatives_solve_their_recursion(seed, n):
     np.testing.assert_allclose(lag_derivatives(sources, decay), np.array(expected).T, atol=1e-10)
 
 
-@settings(max_examples=20, deadline=None)
-@given(st.integers(0, 3), st.lists(st.integers(1, 4), min_size=1, max_size=2).map(tuple), st.integers(0, 10**6))
-def test_sensitivities_agree_with_finite_differences(plays, hidden, seed):
+@settings(max_examples=40, deadline=None)
+@given(
+    st.integers(0, 3),
+    st.lists(st.integers(1, 4), min_size=1, max_size=2).map(tuple),
+    st.sets(st.sampled_from(EFFECTS)),
+    st.integers(0, 10**6),
+)
+def test_sensitivities_agree_with_finite_differences(plays, hidden, effects, seed):
     generator = np.random.default_rng(seed)
     sizes, n = (1, *hidden), 120
     pressure = np.cumsum(generator.normal(0, 2.0, n))
     temperature = 20 + 30 * np.sin(np.arange(n) / 20)
     record = Record(pressure, temperature, generator.normal(size=n), np.arange(n))
-    problem = PTXError(sizes, plays, (record,), Scaling(np.array([10.0]), np.array([15.0])), 20.0, 40.0, 0.002)
+    named = tuple(effect for effect in EFFECTS if effect in effects)
+    problem = PTXError(sizes, plays, (record,), Scaling(np.array([10.0]), np.array([15.0])), 20.0, 40.0, 0.002, named)
     thresholds, forces = generator.uniform(0.3, 3, plays), generator.uniform(0.1, 2, plays)
+    further = np.concatenate([np.zeros(0), *(STARTS[effect] for effect in named)])
+    further += generator.uniform(-0.5, 0.5, further.size)
     weights = generator.normal(size=weight_count(sizes))
-    theta = np.concatenate([np.log([0.003, 0.006]), [0.3, 0.2, -0.1], np.log(thresholds), np.log(forces), weights])
+    known = [np.log([0.003, 0.006]), [0.3, 0.2, -0.1]]
+    theta = np.concatenate([*known, further, np.log(thresholds), np.log(forces), weights])
     position, jacobian = problem.sensitivities(theta, record)
-    np.testing.assert_allclose(position, problem.positions(theta, record), atol=1e-12)
+    np.testing.assert_allclose(position, problem.positions(theta, record), atol=1e-10)
+    np.testing.assert_allclose(problem.theta(problem.dynamics(theta), weights), theta, atol=1e-12)
     step = 1e-7
     for k, e in enumerate(step * np.eye(theta.size)):
         slope = (problem.positions(theta + e, record) - problem.positions(theta - e, record)) / (2 * step)
@@ -83,13 +94,13 @@ def test_sensitivities_agree_with_finite_differences(plays, hidden, seed):
         assert np.mean(np.abs(jacobian[:, k] - slope) > 1e-5 * (1 + np.abs(slope))) < 0.02
 
 
-def hysteretic(seed, temperatures=(-10.0, 40.0), n=1500):
+def hysteretic(seed, temperatures=(-10.0, 40.0), n=1500, **effects):
     """Records of a PTX whose numbers are known."""
     generator = np.random.default_rng(seed)
     truth = PTX(
         hidden=(2,),
         plays=1,
-        dynamics=Dynamics(0.002, 0.005, 0.01, 0.003, 0.01, (1.5,), (1.2,), 15.0),
+        dynamics=Dynamics(0.002, 0.005, 0.01, 0.003, 0.01, (1.5,), (1.2,), 15.0, **effects),
         network=TanhNetwork((1, 2), np.array([0.2, -0.3, -1.5, 1.0, 2.0, -1.0, 2.0])),
     )
     runs = []
@@ -123,6 +134,31 @@ def test_what_made_the_records_is_found_again():
     # Without a play the loop cannot be had.
     flat = PTX(hidden=(2,), plays=0).fit(data, seed=3, starts=1)
     assert min(flat.predict(fresh).rmse(fresh).values()) > 0.05
+
+
+@pytest.mark.parametrize("effect", [{}, {"friction_slope": 0.02}, {"backlash": 0.3}])
+def test_an_effect_is_kept_where_it_acts_and_only_there(effect):
+    (_, training), (_, selection) = (hysteretic(seed, **effect) for seed in (1, 2))
+    plain = PTX(hidden=(2,), plays=1).fit(training, seed=3, starts=1)
+    found = choose_effects(plain, training, selection, effects=["temperature", "backlash"])
+    wanted = {"friction_slope": ("temperature",), "backlash": ("backlash",)}
+    assert found.sensor.effects == wanted.get(next(iter(effect), ""), ())
+    kept = [error for name, error in found.tried if name in found.sensor.effects]
+    assert found.chosen == min([found.plain, *kept])
+    if "friction_slope" in effect:
+        assert found.sensor.dynamics.friction_slope == pytest.approx(0.02, rel=0.1)
+        assert found.chosen < 0.2 * found.plain
+    if "backlash" in effect:
+        assert found.sensor.dynamics.backlash == pytest.approx(0.3, rel=0.05)
+
+
+def test_effects_that_do_not_exist_or_lack_their_channel():
+    with pytest.raises(ModelError, match="no effect 'flov'"):
+        PTX(effects=("flov",))
+    with pytest.raises(ModelError, match="friction cannot depend on a temperature"):
+        PTX(effects=("temperature",), temperature=None)
+    with pytest.raises(ModelError, match="not trained"):
+        PTX().extended(load_clutch("20C_step_a"), "flow", seed=1)
 
 
 @pytest.fixture(scope="module")

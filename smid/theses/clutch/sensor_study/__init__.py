@@ -1,6 +1,7 @@
 """The virtual sensors of chapter 5 of the clutch thesis on the bundled records, and one sensor for all temperatures."""
 
 from smid.theses.clutch.sensor_study.cross import ErrorTable, cross_errors
+from smid.theses.clutch.sensor_study.foreign import ForeignRow, ForeignStudy, foreign_study
 from smid.theses.clutch.sensor_study.intervals import IntervalRow, IntervalStudy, interval_study
 from smid.theses.clutch.sensor_study.sensors import THESIS_SENSORS, train_thesis_sensors
 from smid.theses.clutch.sensor_study.single_sensor import (
@@ -26,6 +27,8 @@ __all__ = [
     "THESIS_SENSORS",
     "TRAINING",
     "ErrorTable",
+    "ForeignRow",
+    "ForeignStudy",
     "IntervalRow",
     "IntervalStudy",
     "SensorTraces",
@@ -33,6 +36,7 @@ __all__ = [
     "StructureRow",
     "StructureTable",
     "cross_errors",
+    "foreign_study",
     "interval_study",
     "sensor_traces",
     "single_sensor_study",

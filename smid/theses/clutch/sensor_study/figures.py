@@ -12,11 +12,12 @@ from smid.display.style import BLUE, GREEN, GRID, INK, ORANGE, RED, SKY, WIDTH, 
 
 if TYPE_CHECKING:
     from smid.theses.clutch.sensor_study.cross import ErrorTable
+    from smid.theses.clutch.sensor_study.foreign import ForeignStudy
     from smid.theses.clutch.sensor_study.intervals import IntervalStudy
     from smid.theses.clutch.sensor_study.structures import StructureTable
     from smid.theses.clutch.sensor_study.traces import SensorTraces
 
-__all__ = ["error_figure", "interval_figure", "structure_figure", "traces_figure"]
+__all__ = ["error_figure", "foreign_figure", "interval_figure", "structure_figure", "traces_figure"]
 
 _COLOURS = (ORANGE, BLUE, GREEN, RED)
 _CURVE = "5.14"
@@ -110,6 +111,32 @@ def error_figure(errors: ErrorTable) -> Figure:
         axes.tick_params(length=0)
         axes.spines[:].set_visible(False)
         axes.set_title("RMSE [mm]", loc="left")
+    return figure
+
+
+def foreign_figure(study: ForeignStudy) -> Figure:
+    """Draw the errors of PTX and of its best rivals, a panel for each plant."""
+    plants = list(dict.fromkeys(row.plant for row in study.rows))
+    with style():
+        figure = Figure(figsize=(WIDTH, 0.9 + 1.0 * len(plants)), layout="constrained")
+        panels = figure.subplots(len(plants), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, plant in zip(panels, plants, strict=True):
+            rows = [row for row in study.rows if row.plant == plant]
+            places = np.arange(len(rows))
+            for marker, colour, label, errors in (
+                ("s", ORANGE, "best CPX or PX", [row.rival[1] for row in rows]),
+                ("|", RED, "best of those trained on the record too", [row.favoured[1] for row in rows]),
+                ("o", SKY, "PTX without effects", [row.plain for row in rows]),
+                ("o", BLUE, "PTX", [row.error for row in rows]),
+            ):
+                axes.plot(errors, places, marker, color=colour, label=label, markersize=6)
+            axes.set_yticks(places, [row.record for row in rows], fontsize=7)
+            axes.set_ylim(len(rows) - 0.5, -0.5)
+            axes.set_title(plant, loc="left", fontsize=8)
+            axes.grid(True, linewidth=0.4, color=GRID)
+        panels[-1].set_xlim(left=0.0)
+        panels[-1].set_xlabel("RMSE on the held-out record [mm]")
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
     return figure
 
 

@@ -1,4 +1,4 @@
-"""The sensors of chapter 5, trained on the bundled records.
+"""The sensors of chapter 5, trained on simulated records.
 
 CPX20 is CPX trained on ``20C_step_a``; 60 and m20 are the other temperatures, H is a record with hysteresis.
 
@@ -14,7 +14,7 @@ from smid.data.bundled import load_clutch
 from smid.data.channel import name_hint
 from smid.models import ModelError
 from smid.sensors import CFPX, CPX, PX, VirtualSensor
-from smid.theses.clutch.sensor_study.structures import CFPX_ORDER, CPX_ORDER, final_form
+from smid.theses.clutch.sensor_study.structures import CFPX_ORDER, CPX_ORDER, Loader, final_form
 
 __all__ = ["THESIS_SENSORS", "train_thesis_sensors"]
 
@@ -38,7 +38,10 @@ THESIS_SENSORS: Mapping[str, tuple[VirtualSensor, str]] = {
 
 
 def train_thesis_sensors(
-    names: tuple[str, ...] = tuple(THESIS_SENSORS), seed: int = 1, progress: Progress | None = None
+    names: tuple[str, ...] = tuple(THESIS_SENSORS),
+    seed: int = 1,
+    progress: Progress | None = None,
+    load: Loader = load_clutch,
 ) -> dict[str, VirtualSensor]:
     """Train sensors of the thesis.
 
@@ -46,6 +49,8 @@ def train_thesis_sensors(
     ----------
     names
         Among `THESIS_SENSORS`.
+    load
+        Returns the record of a name.
 
     Raises
     ------
@@ -64,5 +69,5 @@ def train_thesis_sensors(
         if progress is not None:
             progress(f"training {name}")
         sensor, record = THESIS_SENSORS[name]
-        result[name] = sensor.fit(load_clutch(record), seed=seed)
+        result[name] = sensor.fit(load(record), seed=seed)
     return result

@@ -12,7 +12,7 @@ dead zone enforced, and with the causal median, which works in real time. PTX ha
 
 The records are simulated, and PTX has the same structure as their plant: friction, a curve scaled by temperature, a
 lag. The plant's friction is Dahl's, not plays, its gain is not an exponential, and PTX knows none of its numbers. A
-real clutch may fit this structure less well.
+real clutch may fit this structure less well; `smid.theses.clutch.sensor_study.foreign` compares on other plants.
 
 Reference: clutch thesis, section 6.2.
 """
@@ -26,17 +26,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from relaxations.deadline import Progress
+from smid.data import Dataset
 from smid.data.bundled import CLUTCH_RECORDS, load_clutch
 from smid.display.result import Part, Result
 from smid.networks import ProgressCallback
-from smid.sensors import CPX, PTX, MedianFiltered, VirtualSensor
+from smid.sensors import CPX, PTX, DeadZone, MedianFiltered, VirtualSensor
+from smid.sensors.dead_zone import enforced
 from smid.theses.clutch.sensor_study.cross import ErrorTable
-from smid.theses.clutch.sensor_study.structures import CPX_ORDER, final_form
+from smid.theses.clutch.sensor_study.structures import CPX_ORDER
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["HELD_OUT", "TRAINING", "SingleSensorStudy", "single_sensor_study", "train_single_sensor"]
+__all__ = [
+    "HELD_OUT",
+    "TRAINING",
+    "SingleSensorStudy",
+    "errors_of",
+    "rival_sensors",
+    "single_sensor_study",
+    "train_single_sensor",
+]
 
 TRAINING = tuple(name for name in CLUTCH_RECORDS if name.endswith(("ramp_a", "step_a")))
 HELD_OUT = tuple(name for name in CLUTCH_RECORDS if name not in TRAINING)
@@ -156,27 +166,45 @@ def single_sensor_study(
     if sensor is None:
         say("training PTX")
         sensor = train_single_sensor(seed)
-    # For each temperature and training set, a CPX in four forms.
-    rivals: dict[str, dict[str, VirtualSensor]] = {}
-    for key, words in _TRAINED_ON.items():
-        for temperature in TEMPERATURES:
-            say(f"training CPX of {temperature} degC on {words}")
-            data = load_clutch(_records(key, temperature))
-            plain = CPX().fit(data, seed=seed)
-            forms: dict[str, VirtualSensor] = {
-                "": plain,
-                "M": MedianFiltered(plain, CPX_ORDER),
-                "MD": final_form(CPX(), CPX_ORDER).fit(data, seed=seed),
-                "C": MedianFiltered(plain, CPX_ORDER, causal=True),
-            }
-            for form, made in forms.items():
-                rivals.setdefault(f"{key} {form}".strip(), {})[temperature] = made
-    return SingleSensorStudy(
-        sensor,
-        rivals,
-        _errors("RMSE in mm on records that PTX has not seen.", HELD_OUT, sensor, rivals),
-        _errors("RMSE in mm on the records that trained PTX.", TRAINING, sensor, rivals),
+    data = load_clutch()
+    rivals = rival_sensors(data, {"": CPX()}, seed, say)
+    captions = ("RMSE in mm on records that PTX has not seen.", "RMSE in mm on the records that trained PTX.")
+    held_out, training = (
+        errors_of(caption, data.select(names), {"PTX": sensor}, rivals)
+        for caption, names in zip(captions, (HELD_OUT, TRAINING), strict=True)
     )
+    return SingleSensorStudy(sensor, rivals, held_out, training)
+
+
+def rival_sensors(
+    data: Dataset, structures: Mapping[str, VirtualSensor], seed: int, say: Progress
+) -> dict[str, dict[str, VirtualSensor]]:
+    """Return sensors of one temperature, trained: by structure, training records and form, then by temperature.
+
+    Parameters
+    ----------
+    data
+        All records of a plant, named as the bundled ones.
+    structures
+        Name to an untrained sensor.
+    """
+    rivals: dict[str, dict[str, VirtualSensor]] = {}
+    for structure, untrained in structures.items():
+        for key, words in _TRAINED_ON.items():
+            for temperature in TEMPERATURES:
+                say(f"training {structure} of {temperature} degC on {words}")
+                own = data.select(_records(key, temperature))
+                plain = untrained.fit(own, seed=seed)
+                median = MedianFiltered(plain, CPX_ORDER)
+                forms: dict[str, VirtualSensor] = {
+                    "": plain,
+                    "M": median,
+                    "MD": enforced(DeadZone(median), own),
+                    "C": MedianFiltered(plain, CPX_ORDER, causal=True),
+                }
+                for form, made in forms.items():
+                    rivals.setdefault(f"{structure} {key} {form}".strip(), {})[temperature] = made
+    return rivals
 
 
 def _records(key: str, temperature: str) -> tuple[str, ...]:
@@ -184,15 +212,18 @@ def _records(key: str, temperature: str) -> tuple[str, ...]:
     return {"step": (f"{temperature}C_step_a",), "same": tuple(n for n in every if n in TRAINING), "all": every}[key]
 
 
-def _errors(
-    caption: str, names: tuple[str, ...], sensor: PTX, rivals: Mapping[str, Mapping[str, VirtualSensor]]
+def errors_of(
+    caption: str,
+    data: Dataset,
+    sensors: Mapping[str, VirtualSensor],
+    rivals: Mapping[str, Mapping[str, VirtualSensor]],
 ) -> ErrorTable:
+    """Return the errors of rivals, each of the record's temperature, then of sensors of all temperatures."""
     rows = []
-    for name in names:
-        data = load_clutch(name)
-        temperature = name.split("C_")[0]
-        used = [*(by_temperature[temperature] for by_temperature in rivals.values()), sensor]
-        rows.append([each.predict(data).rmse(data)[name] for each in used])
+    for name in data.experiment_names:
+        record = data.select(name)
+        used = [*(by_temperature[name.split("C_")[0]] for by_temperature in rivals.values()), *sensors.values()]
+        rows.append([each.predict(record).rmse(record)[name] for each in used])
     legend = ["; ".join(f"{key}: {words}" for key, words in described.items()) for described in (_TRAINED_ON, _FORMS)]
-    caption = f"{caption}\nCPX of the record's temperature, trained on {legend[0]}.\n{legend[1]}."
-    return ErrorTable(caption, (*rivals, "PTX"), names, np.array(rows))
+    caption = f"{caption}\nRivals of the record's temperature, trained on {legend[0]}.\n{legend[1]}."
+    return ErrorTable(caption, (*rivals, *sensors), data.experiment_names, np.array(rows))

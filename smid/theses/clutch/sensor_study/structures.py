@@ -1,4 +1,4 @@
-"""Tables 5.1 to 5.4 of the thesis on the bundled records: the errors of sensor structures.
+"""Tables 5.1 to 5.4 of the thesis on simulated records: the errors of sensor structures.
 
 The thesis's errors are of normalised, confidential data. Only their ratios can be compared with ours, which are in mm^2
 on simulated records. Each error is over the whole record that trained the sensor, as in the thesis.
@@ -8,11 +8,12 @@ Reference: clutch thesis, tables 5.1 to 5.4.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from relaxations.deadline import Progress
+from smid.data import Dataset
 from smid.data.bundled import load_clutch
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
@@ -21,7 +22,9 @@ from smid.sensors import CFPX, CPX, PX, DeadZone, MedianFiltered, VirtualSensor
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["StructureRow", "StructureTable", "table_5_1", "table_5_2", "table_5_3", "table_5_4"]
+__all__ = ["Loader", "StructureRow", "StructureTable", "table_5_1", "table_5_2", "table_5_3", "table_5_4"]
+
+Loader = Callable[[str | Sequence[str]], Dataset]
 
 CPX_PRINTED = {
     (2,): 0.098,
@@ -135,8 +138,9 @@ def _compare(
     sensors: Sequence[tuple[str, VirtualSensor, float | None]],
     seed: int,
     progress: Progress | None,
+    load: Loader,
 ) -> StructureTable:
-    data = load_clutch(record)
+    data = load(record)
     rows = []
     for name, sensor, printed in sensors:
         if progress is not None:
@@ -151,7 +155,10 @@ def _layers(hidden: tuple[int, ...]) -> str:
 
 
 def table_5_1(
-    seed: int = 1, structures: Sequence[tuple[int, ...]] = tuple(CPX_PRINTED), progress: Progress | None = None
+    seed: int = 1,
+    structures: Sequence[tuple[int, ...]] = tuple(CPX_PRINTED),
+    progress: Progress | None = None,
+    load: Loader = load_clutch,
 ) -> StructureTable:
     """Compare networks for CPX.
 
@@ -159,6 +166,8 @@ def table_5_1(
     ----------
     structures
         Neurons of each hidden layer, among those of the thesis.
+    load
+        Returns the record of a name.
 
     Examples
     --------
@@ -166,11 +175,14 @@ def table_5_1(
     13
     """
     sensors = [(_layers(hidden), CPX(hidden), CPX_PRINTED[hidden]) for hidden in structures]
-    return _compare("5.1", "neurons of CPX", "m20C_step_a", sensors, seed, progress)
+    return _compare("5.1", "neurons of CPX", "m20C_step_a", sensors, seed, progress, load)
 
 
 def table_5_2(
-    seed: int = 1, structures: Sequence[tuple[int, ...]] = tuple(PX_PRINTED), progress: Progress | None = None
+    seed: int = 1,
+    structures: Sequence[tuple[int, ...]] = tuple(PX_PRINTED),
+    progress: Progress | None = None,
+    load: Loader = load_clutch,
 ) -> StructureTable:
     """Compare networks for PX; the parameters are those of `table_5_1`.
 
@@ -180,10 +192,10 @@ def table_5_2(
     7
     """
     sensors = [(_layers(hidden), PX(hidden), PX_PRINTED[hidden]) for hidden in structures]
-    return _compare("5.2", "neurons of PX", "20C_step_a", sensors, seed, progress)
+    return _compare("5.2", "neurons of PX", "20C_step_a", sensors, seed, progress, load)
 
 
-def table_5_3(seed: int = 1, progress: Progress | None = None) -> StructureTable:
+def table_5_3(seed: int = 1, progress: Progress | None = None, load: Loader = load_clutch) -> StructureTable:
     """Compare orders of the polynomial of CFPX.
 
     Examples
@@ -192,10 +204,10 @@ def table_5_3(seed: int = 1, progress: Progress | None = None) -> StructureTable
     [6, 11, 21, 51, 101]
     """
     sensors = [(f"order {order}", CFPX(order), printed) for order, printed in CFPX_PRINTED.items()]
-    return _compare("5.3", "orders of CFPX", "20C_step_a", sensors, seed, progress)
+    return _compare("5.3", "orders of CFPX", "20C_step_a", sensors, seed, progress, load)
 
 
-def table_5_4(seed: int = 1, progress: Progress | None = None) -> StructureTable:
+def table_5_4(seed: int = 1, progress: Progress | None = None, load: Loader = load_clutch) -> StructureTable:
     """Compare CPX20, PX20 and CFPX20 with the median filter and the dead zone enforced.
 
     The thesis does not count the two parameters of the dead zone. Its median of order 250 takes half a second, as
@@ -212,7 +224,7 @@ def table_5_4(seed: int = 1, progress: Progress | None = None) -> StructureTable
         ("CFPX20", final_form(CFPX(20), CFPX_ORDER), FINAL_PRINTED["CFPX20"]),
         ("CFPX20 without median", final_form(CFPX(20), None), None),
     ]
-    return _compare("5.4", "sensors with median filter and dead zone", "20C_step_a", sensors, seed, progress)
+    return _compare("5.4", "sensors with median filter and dead zone", "20C_step_a", sensors, seed, progress, load)
 
 
 def final_form(sensor: VirtualSensor, order: int | None) -> VirtualSensor:

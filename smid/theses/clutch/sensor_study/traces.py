@@ -23,6 +23,7 @@ from smid.display.table import Table
 from smid.models import ModelError
 from smid.sensors import VirtualSensor
 from smid.theses.clutch.sensor_study.sensors import train_thesis_sensors
+from smid.theses.clutch.sensor_study.structures import Loader
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -124,7 +125,11 @@ class SensorTraces(Tabular):
 
 
 def sensor_traces(
-    number: str, sensors: Mapping[str, VirtualSensor] | None = None, seed: int = 1, progress: Progress | None = None
+    number: str,
+    sensors: Mapping[str, VirtualSensor] | None = None,
+    seed: int = 1,
+    progress: Progress | None = None,
+    load: Loader = load_clutch,
 ) -> SensorTraces:
     """Return the data of one figure of chapter 5.
 
@@ -134,6 +139,8 @@ def sensor_traces(
         Among `THESIS_FIGURES`.
     sensors
         Trained, from `train_thesis_sensors`; those that are missing are trained.
+    load
+        Returns the records of the names.
 
     Raises
     ------
@@ -150,8 +157,8 @@ def sensor_traces(
     names, records = THESIS_FIGURES[number]
     given = dict(sensors or {})
     missing = tuple(name for name in names if name not in given)
-    given |= train_thesis_sensors(missing, seed, progress)
-    data = load_clutch(records)
+    given |= train_thesis_sensors(missing, seed, progress, load)
+    data = load(records)
     return SensorTraces(
         number=number,
         records=records,

@@ -7,7 +7,10 @@ import pytest
 
 from smid.data.bundled import CLUTCH_RECORDS, load_clutch
 from smid.theses.clutch import commands
+from smid.theses.clutch.held_chapter import Finding, HeldChapter
+from smid.theses.clutch.held_records import held_records
 from smid.theses.clutch.recursive_study import recursive_study
+from smid.theses.clutch.sensor_study import ForeignRow, ForeignStudy, table_5_3
 from tests.smid.theses.clutch.small_clutch_studies import (
     PART,
     small_hammerstein_study,
@@ -36,7 +39,7 @@ def small(monkeypatch):
 def test_the_group_tells_its_commands(smid):
     result = smid("clutch")
     assert result.exit_code == 0
-    for command in ("records", "hammerstein", "recursive", "sensors"):
+    for command in ("records", "hammerstein", "recursive", "sensors", "plants", "holds"):
         assert command in result.output
 
 
@@ -77,7 +80,7 @@ def test_recursive_prints_writes_and_reports(smid, small):
     document = json.loads(result.output)  # standard output carries nothing else
     assert document["schema"] == "smid.clutch-recursive/1"
     assert document["sets"]["never_left"] is True
-    assert len(document["estimators"]["trackings"]) == 16
+    assert len(document["estimators"]["trackings"]) == 6 * 2 * 2  # methods, models, records
     page = Path("out.html").read_text(encoding="utf-8")
     for words in ("2e-14", "Recursive set-membership", "What cannot be compared", "figure 3.12"):
         assert words in page
@@ -101,6 +104,26 @@ def test_sensors_prints_writes_and_reports(smid, small):
         assert words in page
 
 
+def test_plants_and_holds_print_write_and_report(smid, monkeypatch):
+    rows = (ForeignRow("rate", "60C_step_c", ("flow",), 0.16, 0.08, ("CPX same", 0.12), ("CPX all", 0.1)),)
+    asked = {}
+    monkeypatch.setattr(
+        commands, "foreign_study", lambda names, **more: asked.update(names=names, **more) or ForeignStudy(rows)
+    )
+    result = smid("clutch plants --plant rate --seed 3 --json out.json --report out.html")
+    assert result.exit_code == 0
+    assert (asked["names"], asked["seed"]) == (("rate",), 3)
+    document = json.loads(Path("out.json").read_text(encoding="utf-8"))
+    assert (document["schema"], document["rows"][0]["ptx"]) == ("smid.clutch-plants/1", 0.08)
+    assert "share no formula" in Path("out.html").read_text(encoding="utf-8")
+    held = HeldChapter((table_5_3(),), (Finding("CPX20H fails", "fails", "0.2 mm", True),), {}, held_records())
+    monkeypatch.setattr(commands, "held_chapter", lambda *_, **__: held)
+    assert smid("clutch holds --json held.json --report held.html").exit_code == 0
+    document = json.loads(Path("held.json").read_text(encoding="utf-8"))
+    assert document["schema"] == "smid.clutch-holds/1"
+    assert document["findings"][0]["agrees"] is True
+
+
 @pytest.mark.parametrize(
     ("line", "cause"),
     [
@@ -113,6 +136,8 @@ def test_sensors_prints_writes_and_reports(smid, small):
         ("clutch recursive --json none/out.json", "there is no folder"),
         ("clutch sensors --seed -1", "--seed"),
         ("clutch sensors --report none/out.html", "there is no folder"),
+        ("clutch plants --plant Dall", "Dall"),
+        ("clutch holds --seed -1", "--seed"),
         ("clutch nothing", "nothing"),
     ],
 )
