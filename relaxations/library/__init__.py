@@ -79,7 +79,6 @@ def names() -> tuple[str, ...]:
     return tuple(_entries())
 
 
-@cache
 def load(name: str) -> NamedProblem:
     """Return a problem by its name.
 
@@ -96,6 +95,11 @@ def load(name: str) -> NamedProblem:
     """
     if name not in _entries():
         raise ProblemError(f"the library holds no problem {name!r}: relaxations.library.names() lists them")
+    return _problem(name)
+
+
+@cache
+def _problem(name: str) -> NamedProblem:
     entry = _entries()[name]
     own = dict(zip(entry["variables"], variables(" ".join(entry["variables"])), strict=True))
     problem, objective = stated_problem(

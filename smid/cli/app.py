@@ -49,7 +49,10 @@ COMMANDS = {
         "smid.cli.response:response",
         "Compute the step or frequency response of a model with certified bands.",
     ),
-    "sensor": ("smid.cli.sensor:sensor", "Train a virtual sensor on records, run it, check it, and export it to C."),
+    "sensor": (
+        "smid.cli.sensor:sensor",
+        "Train a virtual sensor on records, run it, check it, and export it to C or ONNX.",
+    ),
     "show": (
         "smid.cli.show:show",
         "Print what was understood of a record: channels, units, sampling time, gaps, ranges and faults.",
