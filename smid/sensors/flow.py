@@ -73,7 +73,7 @@ def flow(signal: Array, cold: Array, law: FlowLaw, interval: float, before: floa
     --------
     >>> law = FlowLaw(1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
     >>> flow(np.array([1.0, 1.0]), np.array([1.0, 1.0]), law, 1.0, 0.0)[0].round(3)
-    array([0.393, 0.711])
+    array([0.393, 0.675])
     """
     y, result, taus = before, [], []
     b, reference, growth = law.stiffening, law.reference, law.growth
