@@ -9,14 +9,8 @@ from scipy import sparse
 from relaxations.algebra.arrays import Array
 
 # HiGHS's presolve (1.12 to 1.15) crashes the process on some programs of `linear_step`. Without it they take no longer.
-_OPTIONS: dict[str, bool | float | str] = {
-    "output_flag": False,
-    "presolve": "off",
-    "solver": "simplex",
-    "threads": 1,
-    "primal_feasibility_tolerance": 1e-10,
-    "dual_feasibility_tolerance": 1e-10,
-}
+_OPTIONS = (("output_flag", False), ("presolve", "off"), ("threads", 1))
+_STRICT = (("solver", "simplex"), ("primal_feasibility_tolerance", 1e-10), ("dual_feasibility_tolerance", 1e-10))
 INFEASIBLE = highspy.HighsModelStatus.kInfeasible
 
 
@@ -27,16 +21,15 @@ class _Quiet(highspy.Highs):
         """Enable none."""
 
 
-def minimum(
+def prepared(
     cost: Array,
     rows: sparse.csr_array | sparse.csr_matrix,
     ends: tuple[Array, Array],
     box: tuple[Array, Array],
-    seconds: float,
-) -> Array | highspy.HighsModelStatus:
-    """Return the point of a box with the least cost whose rows lie between their ends, or why there is none."""
+) -> highspy.Highs:
+    """Return a linear program that is ready to run: the least cost in a box where rows lie between their ends."""
     solver, program = _Quiet(), highspy.HighsLp()  # type: ignore[no-untyped-call]
-    for option, value in {**_OPTIONS, "time_limit": seconds}.items():
+    for option, value in _OPTIONS:
         solver.setOptionValue(option, value)
     program.num_row_, program.num_col_ = rows.shape
     program.col_cost_, (program.col_lower_, program.col_upper_) = cost, box
@@ -46,6 +39,20 @@ def minimum(
     program.a_matrix_.index_ = rows.indices
     program.a_matrix_.value_ = rows.data
     solver.passModel(program)
+    return solver
+
+
+def minimum(
+    cost: Array,
+    rows: sparse.csr_array | sparse.csr_matrix,
+    ends: tuple[Array, Array],
+    box: tuple[Array, Array],
+    seconds: float,
+) -> Array | highspy.HighsModelStatus:
+    """Return the point of a box with the least cost whose rows lie between their ends, or why there is none."""
+    solver = prepared(cost, rows, ends, box)
+    for option, value in (*_STRICT, ("time_limit", seconds)):
+        solver.setOptionValue(option, value)
     solver.run()
     status = solver.getModelStatus()
     return np.array(solver.getSolution().col_value) if status == highspy.HighsModelStatus.kOptimal else status

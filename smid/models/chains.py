@@ -29,7 +29,7 @@ def signal_of(model: Model, channel: str) -> str:
     """
     place = model.edit.places.get(channel) if model.edit else None
     if place is None:
-        return next((m.signal for m in model.measurements if m.channel == channel), channel)
+        return _measured(model, channel)
     path = _path(model, channel)
     return path[path.index(place) + 1] if place in path else place
 
@@ -44,7 +44,7 @@ def behind(model: Model, channel: str) -> Iterator[str]:
     >>> list(behind(limited, "u"))
     ['u_new']
     """
-    name = next((m.signal for m in model.measurements if m.channel == channel), channel)
+    name = _measured(model, channel)
     while True:
         readers = {line.signal for line in model.lines if name in {read for read, _ in line.reads}}
         effects = {model.origins.get(reader, "") for reader in readers}
@@ -70,6 +70,10 @@ def in_front_of(model: Model, channel: str) -> Iterator[str]:
     for outer, inner in pairwise(path):
         if model.origins[outer] != model.origins.get(inner):
             yield outer
+
+
+def _measured(model: Model, channel: str) -> str:
+    return next((m.signal for m in model.measurements if m.channel == channel), channel)
 
 
 def _path(model: Model, channel: str) -> list[str]:

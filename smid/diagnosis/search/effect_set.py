@@ -128,7 +128,11 @@ def put_again(
 def leading(found: Sequence[EffectSet], base: Base, count: int) -> list[EffectSet]:
     """Return the sets of at least two effects that fit best, by Schwarz's criterion."""
     several = [one for one in found if len(one.trials) > 1]
-    return sorted(several, key=lambda one: schwarz(one.fit.cost, one.fit.n_free, base))[:count]
+    return sorted(several, key=lambda one: _criterion(one.fit, base))[:count]
+
+
+def _criterion(fit: Fit, base: Base) -> float:
+    return schwarz(fit.cost, fit.n_free, base)
 
 
 def reopened(one: EffectSet, base: Base, effects: Mapping[str, Effect]) -> EffectSet:
@@ -144,8 +148,7 @@ def reopened(one: EffectSet, base: Base, effects: Mapping[str, Effect]) -> Effec
             continue
         beside = replace(base, fit=rest.fit, errors=rest.errors)
         trial = guarded(first.effect, try_effect, effects[first.effect], beside)
-        criterion = schwarz(one.fit.cost, one.fit.n_free, base)
-        if isinstance(trial, Trial) and schwarz(trial.fit.cost, trial.fit.n_free, base) < criterion - _WORTH:
+        if isinstance(trial, Trial) and _criterion(trial.fit, base) < _criterion(one.fit, base) - _WORTH:
             one = EffectSet((*rest.trials, trial), trial.fit, trial.errors)
             waiting = list(one.trials[:-1])
     return one

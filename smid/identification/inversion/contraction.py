@@ -24,6 +24,7 @@ from scipy import sparse
 from relaxations.algebra.affine_arithmetic import compiled
 from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.ball_arithmetic import EPSILON
+from relaxations.points.linear_program import prepared
 from smid.identification.inversion.frame import middle_and_half
 from smid.identification.inversion.record import Group, Rows
 
@@ -87,13 +88,13 @@ class Program:
         scale = np.zeros(len(rows.centre))
         np.maximum.at(scale, np.repeat(np.arange(len(scale)), np.diff(starts)), np.abs(rows.slopes.data))
         self._scale = np.where(scale > 0, scale, 1.0)
-        ends = [(-rows.centre - rows.radius) / self._scale, (-rows.centre + rows.radius) / self._scale]
+        ends = (-rows.centre - rows.radius) / self._scale, (-rows.centre + rows.radius) / self._scale
         self._slopes, self._ends = sparse.diags_array(1 / self._scale) @ rows.slopes, ends
 
     @cached_property
     def _program(self) -> highspy.Highs:
         count = self._slopes.shape[1]
-        return _solver(np.zeros(count), (-np.ones(count), np.ones(count)), self._slopes, *self._ends)
+        return prepared(np.zeros(count), self._slopes, self._ends, (-np.ones(count), np.ones(count)))
 
     def end(self, k: int, sign: int) -> tuple[float, Multipliers, Array] | None:
         """Return a proven lower bound of ``sign e_k``, its proof, and the point where the program ends.
@@ -121,7 +122,7 @@ class Program:
         free = np.full(count, highspy.kHighsInf)
         box = np.append(-np.ones(unknowns), 0.0), np.append(np.ones(unknowns), highspy.kHighsInf)
         cost = np.append(np.zeros(unknowns), 1.0)
-        program = _solver(cost, box, slopes, np.append(low, -free), np.append(free, high))
+        program = prepared(cost, slopes, (np.append(low, -free), np.append(free, high)), box)
         program.run()
         dual = np.array(program.getSolution().row_dual)
         bound, proof = self._proven((dual[:count] + dual[count:]) / self._scale, NOTHING, 1)
@@ -194,27 +195,3 @@ def contracted(rows: Rows, lower: Array, upper: Array, groups: Sequence[Group]) 
                     return Contraction(low, high, None, tuple(proofs), empty=True)
         inside = middle + half * np.mean(points, axis=0)[: len(middle)] if group.pieces is None else inside
     return Contraction(low, high, inside, tuple(proofs))
-
-
-class _Quiet(highspy.Highs):
-    """HiGHS without callbacks: to enable them prints its name."""
-
-    def enableCallbacks(self) -> None:
-        """Enable none."""
-
-
-def _solver(cost: Array, box: tuple[Array, Array], slopes: sparse.csr_array, low: Array, high: Array) -> highspy.Highs:
-    """Return a linear program that is ready to run."""
-    count, unknowns = slopes.shape
-    solver, program = _Quiet(), highspy.HighsLp()  # type: ignore[no-untyped-call]
-    for option, value in (("output_flag", False), ("presolve", "off"), ("threads", 1)):
-        solver.setOptionValue(option, value)
-    program.num_col_, program.num_row_ = unknowns, count
-    program.col_cost_, (program.col_lower_, program.col_upper_) = cost, box
-    program.row_lower_, program.row_upper_ = low, high
-    program.a_matrix_.format_ = highspy.MatrixFormat.kRowwise
-    program.a_matrix_.start_ = slopes.indptr
-    program.a_matrix_.index_ = slopes.indices
-    program.a_matrix_.value_ = slopes.data
-    solver.passModel(program)
-    return solver
