@@ -78,6 +78,10 @@ def test_links_lead_to_files():
     assert [(page.name, link) for page, link in links if not (page.parent / link).exists()] == []
 
 
+def test_no_page_has_the_name_of_one_that_sphinx_writes_itself():
+    assert not {page.stem for page in (ROOT / "docs").glob("*.md")} & {"genindex", "py-modindex", "search"}
+
+
 @pytest.mark.usefixtures("_folder")
 @pytest.mark.parametrize("page", [name for name, text in PAGES.items() if blocks(text, "python", "sh")])
 def test_page_shows_what_is_printed(page):
