@@ -40,6 +40,7 @@ class Reason(Enum):
     TIGHT = "every end meets a verified point within the tolerance"
     STALLED = "the bounds no longer improve at this order; raise the order to tighten"
     ROUNDS = "all rounds are used"
+    SMALLEST = "smaller boxes would prove no more; more steps between samples tighten a differential equation's ends"
     OUTLIERS = "more outliers are allowed than were found, so the bounds are those of parts of the record"
     WINDOWS = "longer windows of the record would tighten the bounds: the model remembers for long"
     EMPTY = "the feasible set is certified empty"

@@ -3,7 +3,8 @@
 One cover serves all ends. Only a box that reaches beyond the verified points can decide an end, so the one that
 reaches furthest is next. It is contracted, and what is left is cut. Where its part beyond the verified points is small,
 that part is cut off: it is often empty. Otherwise the box is halved along the unknown that narrows the enclosures most.
-A box that reaches no further than the verified points, within the tolerance, is closed.
+A box that reaches no further than the verified points, within the tolerance, is closed. So is one of which
+smaller boxes would say no more, as what the rows leave open is no longer the box's but the integration's.
 
 Reference: Jaulin, Kieffer, Didrit and Walter, Applied Interval Analysis, Springer (2001), chapters 3 to 6.
 """
@@ -20,7 +21,9 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import TINY
 from relaxations.deadline import check_time
-from smid.identification.inversion.contraction import Contraction, contracted
+from smid.identification.inversion.contraction import Contraction, Program, contracted
+from smid.identification.inversion.frame import middle_and_half
+from smid.identification.inversion.outermost import near
 from smid.identification.inversion.record import LINKS, Group, Record
 
 HEAVIEST = 5
@@ -32,7 +35,7 @@ _OUTER = 0.5  # a part beyond the verified points of at most this share of a box
 _POINT = 1e-9  # share of its size that counts as width, where the verified points have none
 _WIDE = 0.25  # a hidden state is shaved above this share of what is known of it beforehand
 _SLICES = 8
-_BACK = (1e-6, 1e-3, 0.02)  # shares of the way from a corner of the set to the middle of verified points
+_GAIN = 0.5  # an end that smaller boxes would move by less, as a share of the tolerance, is sharp
 _NARROW = 1e-13  # an unknown is not halved below this share of its size
 
 
@@ -100,7 +103,7 @@ class Cover:
 
     @property
     def done(self) -> bool:
-        """Whether no box reaches too far."""
+        """Whether no box is left to be cut."""
         return not self._open
 
     @property
@@ -120,14 +123,6 @@ class Cover:
         points = np.array(self.points).reshape(-1, self.record.count)
         return points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
 
-    def add(self, point: Array) -> bool:
-        """Keep a point that is verified to fit, and return whether it is."""
-        own = slice(self.record.count)
-        point = np.clip(point[own], self.record.lower[own], self.record.upper[own])
-        fits = self.record.fits(point)
-        self.points += [point] if fits else []
-        return fits
-
     def step(self) -> None:
         """Contract the box that reaches furthest, then cut or close it; where it is stopped, the box stays."""
         box = self._open[0][2]
@@ -141,7 +136,9 @@ class Cover:
         heapq.heappop(self._open)
         if cut is not None:
             box.cut, box.parts = cut, _halves(box, *cut)
-        for part in box.parts or ([] if box.empty else [box]):
+        elif not box.empty:
+            self._closed.append(box)
+        for part in box.parts:
             self._put(part)
 
     def _put(self, box: Box) -> None:
@@ -174,20 +171,16 @@ class Cover:
             if found.empty:
                 return
             if found.inside is not None:
-                frame = self.record.frame
-                point = found.inside if frame is None else frame.unknowns(found.inside)
-                if not self.add(point) and self.points and self._is_corner(box):
-                    # A corner of the set is too close to the noise bounds to be verified, but not what is near it.
-                    middle = np.mean(self.points, axis=0)
-                    any(self.add(point[: len(middle)] + share * (middle - point[: len(middle)])) for share in _BACK)
+                self.points += filter(self.record.fits, [self._own(found.inside)])
             before, now = (upper - lower)[self._free], (found.upper - found.lower)[self._free]
             if np.all(now >= (1 - _WORTH) * before) or self._beyond(box).max(initial=-np.inf) <= self.tolerance:
                 return
 
-    def _is_corner(self, box: Box) -> bool:
-        """Return whether a box is small beside the verified points."""
-        (lower, upper), (low, high), k = box.left, self.inner, self._targets
-        return bool(np.all(upper[k] - lower[k] < self.tolerance * (high[k] - low[k])))
+    def _own(self, place: Array) -> Array:
+        """Return the unknowns of a point that the experiments begin with, within what is known of them beforehand."""
+        point = place if self.record.frame is None else self.record.frame.unknowns(place)
+        own = slice(self.record.count)
+        return np.clip(point[own], self.record.lower[own], self.record.upper[own])
 
     def _shaved(self, box: Box) -> Box:
         """Cut off what a piece proves empty at the ends of a hidden state that it begins with.
@@ -220,19 +213,42 @@ class Cover:
         return rest
 
     def _where(self, box: Box) -> tuple[int, float] | None:
-        """Return the unknown and the value where a box is cut; None where it is judged again, or cannot be cut."""
+        """Return the unknown and the value where a box is cut; None where it reaches no further, or cutting is vain."""
         lower, upper = box.left
         if self.points:
             beyond = self._beyond(box)
-            if beyond.max() <= self.tolerance:
+            side, place = (int(i) for i in np.unravel_index(int(np.argmax(beyond)), beyond.shape))
+            if beyond.max() <= self.tolerance or self._is_sharp(box, side, place):
                 return None
-            side, place = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
             k, sign = int(self._targets[place]), 1 if side == 0 else -1
             value = float(self.inner[side][k])
             if sign * (value - (lower, upper)[side][k]) <= _OUTER * (upper[k] - lower[k]):
                 return k, value
         widest = self._best(lower, upper)
         return None if widest is None else (widest, _middle(float(lower[widest]), float(upper[widest])))
+
+    def _is_sharp(self, box: Box, side: int, place: int) -> bool:
+        """Return whether smaller boxes would hardly move the end of a target.
+
+        Where the rows of a box with the radii of its middle end, they would end at best. A point near it is verified.
+        """
+        (lower, upper), (low, high), targets = box.left, self.inner, self._targets
+        # Far from the verified points, the middle of a box says little of other points in it.
+        if np.any(upper[targets] - lower[targets] > high[targets] - low[targets]):
+            return False
+        k, rows = int(targets[place]), self.record.rows(lower, upper, at_middle=True)
+        found = Program(rows).end(k, -1 if side else 1) if len(rows.centre) else None
+        if found is None:
+            return False
+        (bound, _, end), (middle, half) = found, middle_and_half(lower, upper)
+        best = lower.copy(), upper.copy()
+        best[side][k] = middle[k] + (-half[k] if side else half[k]) * bound
+        gain = self._beyond(box) - self._beyond(Box(*best))
+        if gain[side, place] > _GAIN * self.tolerance:
+            return False
+        # The end itself is too close to the noise bounds to be verified, but not what is near it.
+        self.points += near(self.record, self._own(middle + half * end[: len(middle)]), np.mean(self.points, axis=0))
+        return True
 
     def _best(self, lower: Array, upper: Array) -> int | None:
         """Return the unknown whose halving makes the rows say most; None where all are too narrow to be halved."""

@@ -75,6 +75,7 @@ class Inverted:
                 cover.step()
                 if before // _TOLD < cover.contracted // _TOLD:
                     say(f"{cover.contracted} contractions, {len(cover.boxes)} boxes left")
+            reason = Reason.SMALLEST if cover.done else reason
         except STOPS as stop:
             reason = Reason[stopped_by(stop)]
         empty = None if cover.boxes else Emptiness(0.0, np.zeros(0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from smid.fitting.fit import Fitting
 from smid.identification.inversion.record import Record
 from smid.identification.windows.scan import Scan
 
-_BACK = (0.0, 1e-9, 1e-6, 1e-4, 1e-2)  # shares of the way to the run inside, tried until a point is verified
+_BACK = (0.0, 1e-9, 1e-6, 1e-4, 1e-2, 0.05, 0.2, 0.4, 0.6, 0.8)  # shares of the way inside that are tried
 
 
 def outermost(record: Record, scan: Scan) -> Iterator[Array]:
@@ -25,8 +26,13 @@ def outermost(record: Record, scan: Scan) -> Iterator[Array]:
         for sign in (1, -1):
             check_time()
             end = unknowns_of(record, scan.problem, scan.extreme(name, sign).vector)
-            nearby = (end + share * (inside - end) for share in _BACK)
-            yield from (point for point in [next(filter(record.fits, nearby), None)] if point is not None)
+            yield from near(record, end, inside)
+
+
+def near(record: Record, end: Array, inside: Array) -> Iterator[Array]:
+    """Yield a verified point between an end and a point inside, close to the end; none where none was found."""
+    tried = (end + share * (inside - end) for share in _BACK)
+    yield from islice(filter(record.fits, tried), 1)
 
 
 def unknowns_of(record: Record, problem: Fitting, vector: Array) -> Array:

@@ -180,18 +180,22 @@ class Record:
         self.names, self.lower, self.upper = self.cut.names, self.cut.lower, self.cut.upper
         self.frame: Frame | None = None
 
-    def rows(self, lower: Array, upper: Array, only: int | None = None) -> Rows:
+    def rows(self, lower: Array, upper: Array, only: int | None = None, at_middle: bool = False) -> Rows:
         """Return what the record states about a box, but for rows that hold anywhere in it or say nothing.
 
         Parameters
         ----------
         only
             The piece that is read; None: all.
+        at_middle
+            Give each row the radius at the middle of the box. No smaller box there says more. It proves nothing.
         """
-        places = range(len(self.cut.parts)) if only is None else (only,)
-        runs = ((place, a) for a in range(len(ANCHORS)) for place in places)
-        blocks = [block for place, a in runs for block in self._said(place, a, lower, upper)]
+        blocks = self._blocks(lower, upper, only)
         ends = np.concatenate([block.forms[:, :SLOPES] for block in blocks])
+        if at_middle:
+            middle, known = middle_and_half(lower, upper)[0], np.isfinite(upper - lower)
+            point = np.where(known, middle, lower), np.where(known, middle, upper)
+            ends[:, RADIUS] = np.concatenate([block.forms[:, RADIUS] for block in self._blocks(*point, only)])
         sources = np.concatenate([block.sources for block in blocks])
         counts = np.concatenate([[0], *(np.full(len(b.forms), b.unknowns.shape[1]) for b in blocks)]).astype(np.int64)
         slopes = sparse.csr_array(
@@ -272,6 +276,11 @@ class Record:
     def count(self) -> int:
         """The number of parameters and initial samples of the experiments."""
         return len(self.tape.parameters) + sum(int((piece.initial >= 0).sum()) for piece in self.cut.wholes)
+
+    def _blocks(self, lower: Array, upper: Array, only: int | None) -> list[_Block]:
+        places = range(len(self.cut.parts)) if only is None else (only,)
+        runs = ((place, a) for a in range(len(ANCHORS)) for place in places)
+        return [block for place, a in runs for block in self._said(place, a, lower, upper)]
 
     def _said(self, place: int, a: int, lower: Array, upper: Array) -> Iterator[_Block]:
         """Yield what a run states: of the outputs, of the start of the next piece, and once of the unknowns alone."""

@@ -10,11 +10,14 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
 from relaxations.algebra.affine_arithmetic import CENTRE, HIGH, LOW, RADIUS, SLOPES, between
+from relaxations.search.enclosure import Reason
 from smid import Dataset, ModelError, NotProvenError, OwnModel, error_bound, identify, verify
 from smid.identification.inversion.phi import phi, phi_of
 from smid.identification.inversion.record import Record
-from smid.models import RotatingArm
+from smid.models import Reactor, RotatingArm
 from smid.models.simulate import simulate
+from smid.signals import prbs
+from smid.theses.hybrid import simulate_reactor
 from smid.theses.hybrid.arm.exact_motion import exact_motion
 from tests.smid.identification.inversion.kept import is_kept
 
@@ -260,6 +263,18 @@ def test_the_intervals_hold_for_the_equation():
     assert all(i.lower <= truth[i.name] <= i.upper for i in found)
     with pytest.raises(ModelError, match="no certificate can be written for the scheme 'enclosed'"):
         identify(make(scheme="enclosed"), data, 1e-3, certificate="proof.json")
+
+
+def test_boxes_are_not_cut_where_only_the_remainder_of_the_steps_is_left_open():
+    u = prbs(20, seed=1, amplitude=0.4, offset=0.5, clock_period=4.0)
+    y = simulate_reactor("power", u, 1.0) + np.random.default_rng(1).uniform(-0.005, 0.005, len(u))
+    data = Dataset.from_arrays(input=u, output=y, sampling_time=1.0)
+    coarse, fine = (
+        identify(Reactor(None, None, 3, scheme="enclosed", substeps=n), data, 0.005, tolerance=0.2) for n in (2, 20)
+    )
+    assert (coarse.reason, fine.reason) == (Reason.SMALLEST, Reason.TIGHT)
+    for name, truth in (("tau", 2.0), ("a", 1.0)):
+        assert coarse[name].lower < fine[name].lower <= truth <= fine[name].upper < coarse[name].upper
 
 
 def test_what_needs_polynomials_refuses_a_differential_equation(tmp_path):
