@@ -61,7 +61,11 @@ def compiling(*files: str) -> Callable[[_Function], _Function]:
         given = config.CACHE_DIR
         config.CACHE_DIR = str(Path(given or Path(__file__).parent / "__pycache__") / content)
         try:
-            return cast(_Function, numba.njit(cache=True, error_model="numpy")(function))
+            code: Any = numba.njit(cache=True, error_model="numpy")(function)
+            # Else each constant that a caller gives would have machine code of its own.
+            template, unliteral = code.get_call_template, cast(Any, numba.types.unliteral)
+            code.get_call_template = lambda args, kws: template([unliteral(arg) for arg in args], kws)
+            return cast(_Function, code)
         finally:
             config.CACHE_DIR = given
 

@@ -133,7 +133,7 @@ def _piece(
         there = np.argwhere(following >= 0)
         links = np.column_stack([there[:, 0], there[:, 1] + after - begin, following[following >= 0]])
         end, follows = after + int(tape.first[tape.states].max(initial=0)), list(tables).index((e, after))
-    part = data[e][:, begin:end]
+    part = np.ascontiguousarray(data[e][:, begin:end])
     said = np.isfinite(part[tape.shown])
     # Before its first sample the model says nothing, but for the states that begin there.
     for row, (_, name) in zip(said, tape.measured, strict=True):
