@@ -308,7 +308,7 @@ class Fitting:
     ) -> dict[str, Array]:
         """Return the free run up to the last fitted sample; the Jacobian reuses the residual's run."""
         asked = vector.tobytes()
-        at, known = self._last.get(experiment, (b"", {}))
+        at, known = self._last.get(experiment, (None, {}))
         if at != asked:
             inputs = {name: samples[: self._stop[experiment]] for name, samples in self.inputs[experiment].items()}
             known = self.run.trajectory(inputs, values, initial)

@@ -91,7 +91,7 @@ class Descents:
         vector = np.clip(vector, lower, upper)
         error = problem.residual(vector)
         worst, rows = float(np.abs(error).max()), self._rows[:0]
-        if not np.isfinite(worst):
+        if not np.isfinite(worst) or not len(vector):
             return Descent(vector, worst, rows)
         fresh = self._slopes is None
         slopes = _finite(problem.jacobian(vector)) if self._slopes is None else self._slopes

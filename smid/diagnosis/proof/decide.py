@@ -121,7 +121,7 @@ def decide(model: Model, data: Dataset, window: Window, bounds: Mapping[str, flo
                 if status is not Status.UNDECIDED:
                     return decision(status, samples=tuple((window.first + k, share) for k, share in samples))
             cover = Cover(record, 0.0)
-            while cover.boxes and not cover.points and cover.contracted < MOST:
+            while not (cover.done or cover.points) and cover.contracted < MOST:
                 check_time()
                 cover.step()
     except (ModelError, DataError) as error:

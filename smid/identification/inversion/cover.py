@@ -96,10 +96,9 @@ class Cover:
         free = (width > 0) & np.isfinite(width)
         self._groups, self._free = record.groups(free), np.flatnonzero(free[: record.count]).tolist()
         self._targets = np.flatnonzero(free[: len(record.tape.parameters)])
-        self._open: list[tuple[float, int, Box]] = []
-        self._closed: list[Box] = []
         self._number = count()
-        self._put(self.root)
+        self._open: list[tuple[float, int, Box]] = [(-np.inf, next(self._number), self.root)]
+        self._closed: list[Box] = []
 
     @property
     def done(self) -> bool:

@@ -16,7 +16,7 @@ from smid.diagnosis.proof import name as naming
 from smid.diagnosis.proof.decide import Decision, Status, decide
 from smid.diagnosis.proof.window import Window, windows
 from smid.fitting.fit import fit
-from smid.models import ModelError, OutputError, Parameter, signal, t
+from smid.models import ModelError, OutputError, OwnModel, Parameter, signal, t
 from tests.smid.diagnosis.lag_records import BOUND, GAIN, LAG, POLE, dead_zone, lag, least_bound, record, steps
 
 BOUNDS = {"y": BOUND}
@@ -98,6 +98,20 @@ def test_a_clock_counts_from_the_start_of_the_record(begin, status):
     model = model.add_term("w", signal("time")[t] / 100)
     data = record(u, lag(u) + lfilter([0.01], [1.0, -POLE], np.arange(200) / 10 - begin))
     assert decide(model, data, Window(0, 150, 189), BOUNDS, 20).status is status
+
+
+@pytest.mark.parametrize(
+    ("excess", "status"), [(-0.01, Status.FEASIBLE), (0.0, Status.UNDECIDED), (0.01, Status.EXCLUDED)]
+)
+def test_a_model_without_a_free_number_is_decided(excess, status):
+    """The error of one sample is at the noise bound, but for rounding: then nothing is proven, and the search ends."""
+    u = np.linspace(0.5, 1.5, 12)
+    model = OwnModel(["w[t] = exp(-a)*u[t]"], {"y": "w"}, ["u"], {"a": (0.5, 0.5)}).with_values({"a": 0.5})
+    y = np.exp(-0.5) * u
+    y[5] += BOUND + excess
+    found = decide(model, record(u, y, bound=0.0), Window(0, 0, 11), BOUNDS, 20)
+    assert found.status is status
+    assert "failed" not in found.reason
 
 
 def test_windows_lie_within_each_other_around_the_largest_error():
