@@ -1,7 +1,7 @@
 """The next experiment that separates effects: the input on which their predictions differ most.
 
 Candidates are the signals of `smid.signals`, scaled to the recorded range of the input, so that the plant stays within
-its known range.
+its known range. All other channels move as they are recorded: held, they would hide what depends on them.
 """
 
 from __future__ import annotations
@@ -51,12 +51,11 @@ def separating_experiment(
     rivals: Mapping[str, Fit], data: Dataset, input: str, output: str
 ) -> SeparatingExperiment | None:
     """Return the input on which the rivals' free runs differ most."""
-    values = np.concatenate([run.values[input] for run in data.experiments])
-    held = {c.name: float(np.mean(np.concatenate([r.values[c.name] for r in data.experiments]))) for c in data.channels}
+    recorded = {c.name: np.concatenate([run.values[c.name] for run in data.experiments]) for c in data.channels}
     models = [standalone(fit.model) for fit in rivals.values()]
     best: tuple[float, str, Array] | None = None
-    for name, candidate in _candidates(float(values.min()), float(values.max())).items():
-        channels = {c: np.full(len(candidate), level) for c, level in held.items()} | {input: candidate}
+    for name, candidate in _candidates(float(recorded[input].min()), float(recorded[input].max())).items():
+        channels = {c: np.resize(samples, len(candidate)) for c, samples in recorded.items()} | {input: candidate}
         with np.errstate(all="ignore"):
             difference = _difference([simulate(model, channels, check=False)[output] for model in models])
         if np.isfinite(difference) and (best is None or difference > best[0]):

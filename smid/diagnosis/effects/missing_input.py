@@ -1,9 +1,11 @@
 """Missing input: another measured channel v drives the output too, in a state, at the sensor or through the input.
 
+At the sensor it may act through a lag of its own, as a disturbance does that takes another way through the process.
+
 A channel that never comes near zero acts by its deviation from the mean: the rest is a bias. A channel in the unit of
 the output may also exchange with the state: k (v - w), as a tank loses heat to its surroundings. Neither k v nor -k w
 alone lowers the error as much, so the search would not find the two one after the other.
-Reference: Ljung, System Identification, 2nd ed. (1999), section 1.2 (measured disturbances).
+Reference: Ljung, System Identification, 2nd ed. (1999), sections 1.2 (measured disturbances) and 4.2 (Box-Jenkins).
 """
 
 from __future__ import annotations
@@ -15,9 +17,10 @@ import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.channels import usable
+from smid.diagnosis.effects.parts.lag import POLES, lag_line, lag_parameters, time_constant
 from smid.diagnosis.effects.parts.naming import free_name, fresh, quantity, signal_of
 from smid.diagnosis.effects.parts.plant import output_signal, state_lines
-from smid.models import Model, signal, t
+from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import number
 
 __all__ = ["EFFECT"]
@@ -47,18 +50,22 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
                     f"{channel} minus {state.own}",
                     describe=partial(_describe_exchange, channel, site.output),
                 )
-        sensor = fresh(reading, f"{channel}_missing_sensor", (-10, 10), "", 0.0)
-        seen = deviation(0) + shift
+        sensor, seen = fresh(reading, f"{channel}_missing_sensor", (-10, 10), "", 0.0), deviation(0) + shift
+        joined = free_name(reading, f"{site.output}_joined")
         yield Extension(
-            reading.insert_sensor(
-                site.output,
-                _adding(sensor.symbol * high * seen),
-                [sensor],
-                new_name=free_name(reading, f"{site.output}_joined"),
-            ),
+            reading.insert_sensor(site.output, _adding(sensor.symbol * high * seen), [sensor], new_name=joined),
             ({sensor.name: _START},),
             f"{channel} at the sensor",
             describe=partial(_describe, channel, site.output, f"{{}} on {site.output}"),
+        )
+        lag, late = lag_parameters(reading, f"{channel}_missing"), free_name(reading, f"{channel}_late")
+        behind = reading.with_line(late, lag_line(*lag, late, signal_of(reading, channel)), lag)
+        reached = (signal(late)[t] - number(middle)) / number(half) + shift
+        yield Extension(
+            behind.insert_sensor(site.output, _adding(sensor.symbol * high * reached), [sensor], new_name=joined),
+            tuple({sensor.name: _START, lag[0].name: pole, lag[1].name: 0.5} for pole in POLES),
+            f"{channel} behind a lag at the sensor",
+            describe=partial(_describe_late, channel, sensor, lag[0]),
         )
         drive = fresh(reading, f"{channel}_missing_input", (-10, 10), "", 0.0)
         yield Extension(
@@ -76,6 +83,13 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
 
 def _adding(term: sympy.Expr) -> Callable[[sympy.Expr], sympy.Expr]:
     return lambda x: x + term
+
+
+def _describe_late(channel: str, weight: Parameter, pole: Parameter, values: Mapping[str, float], site: Site) -> str:
+    """Say the time constant too."""
+    late = quantity(time_constant(values[pole.name], site), "s")
+    where = f"{{}} on {site.output}, with a time constant of {late}"
+    return _describe(channel, site.output, where, {weight.name: values[weight.name]}, site)
 
 
 def _describe(channel: str, scaled: str, where: str, values: Mapping[str, float], site: Site) -> str:

@@ -1,19 +1,20 @@
-"""Resonance: a swing of frequency omega and damping ratio zeta, in series at the sensor or beside the process.
+"""Resonance: a swing of frequency omega and damping ratio zeta, in series before or after the process, or beside it.
 
 With rho = exp(-zeta omega Ts) and c = cos(omega Ts sqrt(1 - zeta^2)),
 
     r[t] = 2 rho c r[t-1] - rho^2 r[t-2] + (1 - 2 rho c + rho^2) ((1 - f) x[t] + f x[t-1])
 
-has unit gain at rest. In series the output is ``w + k (r - w)``; beside the process the pair is driven by the input,
-and its last two samples are added with weights. Weights are null at 0. The damping stays below 0.7: beyond it nothing
-swings, and a pair of real poles is another effect. Searches start at the strongest peaks of the residual's
-spectrum. Reference: Oppenheim and Schafer, Discrete-Time Signal Processing, 3rd ed. (2010), section 5.3.
+has unit gain at rest. In series ``x + k (r - x)`` takes the place of the input or of the output x; beside the process
+the pair is driven by the input, and its last two samples are added with weights. Weights are null at 0. The damping
+stays below 0.7: beyond it nothing swings, and a pair of real poles is another effect. Searches start at the strongest
+peaks of the residual's spectrum. Reference: Oppenheim and Schafer, Discrete-Time Signal Processing, 3rd ed. (2010),
+section 5.3.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 import sympy
 
@@ -30,10 +31,11 @@ _TRIED = (0.05, 0.3)
 
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
-    """Put it at the sensor, and beside the process."""
+    """Put it before the input, at the sensor, and beside the process."""
     frequencies = peaks(site, 3)
     if frequencies:
-        yield _in_series(model, site, frequencies)
+        yield _in_series(model, site, frequencies, site.input, model.insert_before, "at the input")
+        yield _in_series(model, site, frequencies, site.output, model.insert_sensor, "at the sensor")
         yield _beside(model, site, frequencies)
 
 
@@ -64,21 +66,23 @@ def _ringing(damping: Parameter) -> dict[str, tuple[float, float]]:
     return {damping.name: (0.0, damping.upper - 0.02 * (damping.upper - damping.lower))}
 
 
-def _in_series(model: Model, site: Site, frequencies: tuple[float, ...]) -> Extension:
+def _in_series(
+    model: Model, site: Site, frequencies: tuple[float, ...], channel: str, insert: Callable[..., Model], label: str
+) -> Extension:
     shape = _shape(model, site, "pair")
     weight, share = fresh(model, "pair_weight", (0, 2), "", 0.0), fresh(model, "pair_share", (0, 1))
-    pair = free_name(model, f"{site.output}_pair")
-    raw = signal(signal_of(model, site.output))
+    pair = free_name(model, f"{channel}_pair")
+    raw = signal(signal_of(model, channel))
     f = share.symbol
     driven = _pair(*shape, pair, site.sampling_time, (1 - f) * raw[t] + f * raw[t - 1])
-    extended = model.with_line(pair, driven, [*shape, share]).insert_sensor(
-        site.output,
-        lambda w: w + weight.symbol * (signal(pair)[t] - w),
+    joined = insert(
+        channel,
+        lambda x: x + weight.symbol * (signal(pair)[t] - x),
         [weight],
-        new_name=free_name(model, f"{site.output}_joined"),
+        new_name=free_name(model, f"{channel}_joined"),
     )
     starts = tuple({**s, weight.name: 1.0, share.name: 0.5} for s in _starts(frequencies, shape))
-    return Extension(extended, starts, "in series", _ringing(shape[1]))
+    return Extension(joined.with_line(pair, driven, [*shape, share]), starts, label, _ringing(shape[1]))
 
 
 def _beside(model: Model, site: Site, frequencies: tuple[float, ...]) -> Extension:

@@ -45,12 +45,34 @@ class EffectSet:
         See `Trial`.
     detected
         An effect on the noise that the residual shows, if the set has one.
+    tied
+        The same effects with another variant of the last one, which fit as well. A further effect tells them apart: in
+        front of a plant that is linear so far a lag is as good as behind it.
     """
 
     trials: tuple[Trial, ...]
     fit: Fit
     errors: Errors
     detected: tuple[Effect, Detection] | None = None
+    tied: tuple[EffectSet, ...] = ()
+
+    def with_trial(self, trial: Trial) -> EffectSet:
+        """Return the set with one effect more."""
+        first, *others = (EffectSet((*self.trials, one), one.fit, one.errors) for one in (trial, *trial.tied))
+        return replace(first, tied=tuple(others))
+
+    @property
+    def alike(self) -> tuple[EffectSet, ...]:
+        """The set, then those that are tied with it."""
+        return (self, *self.tied)
+
+    def on(self, base: Base) -> Base:
+        """Return a base model with the effects of the set."""
+        return replace(base, fit=self.fit, errors=self.errors)
+
+    def has(self, other: Trial | Begun) -> bool:
+        """Return whether the set has an effect in the same variant."""
+        return (other.effect, other.label) in {(trial.effect, trial.label) for trial in self.trials}
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -70,45 +92,50 @@ def enlarged(
     one: EffectSet, base: Base, effects: Sequence[Effect], executor: Executor | None, progress: Progress
 ) -> list[EffectSet | Failure]:
     """Put every effect on a set, each in its best variant that is not there yet; tell which effects fail."""
-    start = replace(base, fit=one.fit, errors=one.errors)
     # On the base model every effect is fitted to the end, to be told why it is rejected.
     least, most = (SCREEN, ceil(len(effects) / HALVING)) if one.trials else (-inf, len(effects))
-    there = {(t.effect, t.label) for t in one.trials}
     result: list[EffectSet | Failure] = []
-    begun: list[Begun] = []
-    few_steps = map_in_time(executor, partial(_begun, base=start, least=least), effects)
+    leading: list[tuple[int, Begun]] = []
+    few_steps = map_in_time(executor, partial(_begun, one=one, base=base, least=least), effects)
     for effect, found in zip(effects, few_steps, strict=True):
-        if isinstance(found, Begun) and (effect.name, found.label) not in there:
-            begun.append(found)
-        elif isinstance(found, Failure):
+        if isinstance(found, Failure):
             progress(f"{found.effect}: {found.reason}")
             result.append(found)
-        else:
+        elif found is None:
             progress(f"{effect.name}: does not apply, promises nothing or is there")
+        else:
+            leading.append(found)
     # Fit those to the end that lead after a few steps.
-    begun.sort(key=lambda b: b.criterion)
-    for behind in begun[most:]:
+    leading.sort(key=lambda pair: pair[1].criterion)
+    for _, behind in leading[most:]:
         progress(f"{behind.effect}: behind {most} others after a few steps")
-    leading = begun[:most]
+    leading = leading[:most]
     say = counted(progress, "fits", len(leading))
-    for one_begun, trial in zip(leading, map_in_time(executor, partial(_finished, base=start), leading), strict=True):
+    finished = map_in_time(executor, partial(_finished, one=one, base=base), leading)
+    for (which, begun), trial in zip(leading, finished, strict=True):
+        start = one.alike[which]
         if isinstance(trial, Failure):
             say(f"{trial.effect}: {trial.reason}")
             result.append(trial)
-        elif trial is None or (trial.effect, trial.label) in there:
-            say(f"{one_begun.effect}: does not apply or is there")
+        elif trial is None or start.has(trial):
+            say(f"{begun.effect}: does not apply or is there")
         else:
-            result.append(EffectSet((*one.trials, trial), trial.fit, trial.errors))
+            result.append(start.with_trial(trial))
             say(f"{trial.effect}: squared error {max(0.0, 1 - trial.fit.cost / one.fit.cost):.0%} smaller")
     return result
 
 
-def _begun(effect: Effect, base: Base, least: float) -> Begun | Failure | None:
-    return guarded(effect.name, begin, effect, base, least)
+def _begun(effect: Effect, one: EffectSet, base: Base, least: float) -> tuple[int, Begun] | Failure | None:
+    """Begin an effect on a set and on those that are tied with it; return where it fits best."""
+    found = [guarded(effect.name, begin, effect, start.on(base), least) for start in one.alike]
+    begun = [(k, b) for k, b in enumerate(found) if isinstance(b, Begun) and not one.alike[k].has(b)]
+    failures = (failure for failure in found if isinstance(failure, Failure))
+    return min(begun, key=lambda pair: pair[1].criterion) if begun else next(failures, None)
 
 
-def _finished(begun: Begun, base: Base) -> Trial | Failure | None:
-    return guarded(begun.effect, finish, begun, base)
+def _finished(started: tuple[int, Begun], one: EffectSet, base: Base) -> Trial | Failure | None:
+    which, begun = started
+    return guarded(begun.effect, finish, begun, one.alike[which].on(base))
 
 
 def put_again(
@@ -128,11 +155,12 @@ def put_again(
 def leading(found: Sequence[EffectSet], base: Base, count: int) -> list[EffectSet]:
     """Return the sets of at least two effects that fit best, by Schwarz's criterion."""
     several = [one for one in found if len(one.trials) > 1]
-    return sorted(several, key=lambda one: _criterion(one.fit, base))[:count]
+    return sorted(several, key=lambda one: criterion(one, base))[:count]
 
 
-def _criterion(fit: Fit, base: Base) -> float:
-    return schwarz(fit.cost, fit.n_free, base)
+def criterion(one: EffectSet | Trial, base: Base) -> float:
+    """Return Schwarz's criterion of a fit on a base."""
+    return schwarz(one.fit.cost, one.fit.n_free, base)
 
 
 def reopened(one: EffectSet, base: Base, effects: Mapping[str, Effect]) -> EffectSet:
@@ -146,10 +174,9 @@ def reopened(one: EffectSet, base: Base, effects: Mapping[str, Effect]) -> Effec
         rest = put_again([t for t in one.trials if t is not first], base, effects, one.fit.model.values)
         if rest is None:
             continue
-        beside = replace(base, fit=rest.fit, errors=rest.errors)
-        trial = guarded(first.effect, try_effect, effects[first.effect], beside)
-        if isinstance(trial, Trial) and _criterion(trial.fit, base) < _criterion(one.fit, base) - _WORTH:
-            one = EffectSet((*rest.trials, trial), trial.fit, trial.errors)
+        trial = guarded(first.effect, try_effect, effects[first.effect], rest.on(base))
+        if isinstance(trial, Trial) and criterion(trial, base) < criterion(one, base) - _WORTH:
+            one = rest.with_trial(trial)
             waiting = list(one.trials[:-1])
     return one
 

@@ -11,10 +11,8 @@ from smid.diagnosis.search.effect_set import EffectSet
 from smid.diagnosis.search.evidence import Evidence, bound_of_evidence, evidence, evidence_with_noise_effect
 from smid.diagnosis.search.noise_model import NoiseModel, noise_model
 from smid.diagnosis.search.record import Record
+from smid.diagnosis.search.trial import REACH
 from smid.fitting.fit import Errors
-
-REACH = 7.0
-"""Nats below the best, odds of a thousand, up to which sets are compared by all blocks, and grown."""
 
 
 @dataclass(frozen=True, eq=False)

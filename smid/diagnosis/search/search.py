@@ -9,16 +9,17 @@ effect on it, each time with a joint fit of everything from several starts.  Wor
 4. sets within `REACH` of it that are better than each of their parts.
 
 The parts are fitted with the best set, so that an effect that is not needed drops out. In the `WIDTH` sets of each step
-that fit best, each effect is put on anew beside the others, so that none keeps a variant that was the best alone. The
-search ends where nothing is left to grow.  Eight numbers steer it: `WIDTH`, `MOST` effects in a set, `REACH`, `FOLDS`
-blocks left out in turn, `TAIL` degrees of freedom of the noise, `DISCREPANCY`, what laws may leave, `SCREEN`, what
-an effect has to promise, and `HALVING`, one in how many is fitted to the end.
+that fit best, each effect is put on anew beside the others, so that none keeps a variant that was the best alone. A
+variant that fits as well as the best is kept beside it: the next effect may tell them apart. The search ends where
+nothing is left to grow.  Eight numbers steer it: `WIDTH`, `MOST` effects in a set, `REACH`, `FOLDS` blocks left out in
+turn, `TAIL` degrees of freedom of the noise, `DISCREPANCY`, what laws may leave, `SCREEN`, what an effect has to
+promise, and `HALVING`, one in how many is fitted to the end.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
@@ -27,6 +28,7 @@ from relaxations.deadline import Progress, TimeIsUp, map_in_time
 from smid.diagnosis.effects.effect import Effect
 from smid.diagnosis.search.effect_set import (
     EffectSet,
+    criterion,
     enlarged,
     leading,
     put_again,
@@ -35,9 +37,9 @@ from smid.diagnosis.search.effect_set import (
     with_noise_effects,
 )
 from smid.diagnosis.search.guarded import Failure
-from smid.diagnosis.search.ranking import REACH, Ranking, Visited
+from smid.diagnosis.search.ranking import Ranking, Visited
 from smid.diagnosis.search.record import Record
-from smid.diagnosis.search.trial import Base, Trial
+from smid.diagnosis.search.trial import REACH, Base, Trial
 
 WIDTH = 3
 MOST = 5
@@ -84,26 +86,25 @@ def search(
     fitted = [e for e in effects if e.detect is None]
     ranking = Ranking(record, base.errors, len(effects))
     leader = EffectSet((), base.fit, base.errors)
-    sets = {leader.names: leader}
+    kept = _Kept(base, {leader.names: leader}, {})
     parts: dict[EffectSet, list[EffectSet]] = {leader: []}
-    failed: dict[str, str] = {}
     grown: set[tuple[str, ...]] = set()
     heard: set[EffectSet] = set()
-    ranked = ranking.rank(sets.values())
+    ranked = ranking.rank(kept.sets.values())
     say = progress or (lambda _line: None)
     try:
         if begun and (again := put_again(begun, base, by_name, {})) is not None:
-            _keep(sets, again)
+            kept.add([again])
         while True:
-            ranked = ranking.rank(sets.values())
+            ranked = ranking.rank(kept.sets.values())
             best = ranked[0].effects
             if best.names != leader.names:
                 leader = best
                 say(f"best so far: {', '.join(best.names) or 'the base model'}")
             # The parts of the best set are ranked with it.
             if best not in parts:
-                parts[best] = reduced(best, base, by_name, sets)
-                _keep(sets, *parts[best])
+                parts[best] = reduced(best, base, by_name, kept.sets)
+                kept.add(parts[best])
                 continue
             worth = [*_widest(ranked), best, *parts[best], *(v.effects for v in _ahead_of_their_parts(ranked))]
             todo = next((s for s in worth if s.names not in grown and not s.detected and len(s.trials) < MOST), None)
@@ -111,21 +112,21 @@ def search(
                 grown.add(todo.names)
                 say(f"trying {len(fitted)} effects on {', '.join(todo.names) or 'the base model'}")
                 new = enlarged(todo, base, fitted, executor, say)
-                _sort(new, sets, failed)
+                kept.add(new)
                 # The effects that were there had no say in what came later: let each choose its variant again.
                 ahead = leading([one for one in new if isinstance(one, EffectSet)], base, WIDTH)
-                _keep(sets, *map_in_time(executor, partial(reopened, base=base, effects=by_name), ahead))
+                kept.add(map_in_time(executor, partial(reopened, base=base, effects=by_name), ahead))
                 continue
             # Effects on the noise need no fit, and are compared where nothing else is left.
             near = [v.effects for v in ranked if v.merit >= ranked[0].merit - REACH]
             silent = [one for one in dict.fromkeys((*near, *parts[best], *_widest(ranked))) if one not in heard]
             if not silent:
-                return Found(ranked, _led(parts), failed, False)
+                return Found(ranked, _led(parts), kept.failed, False)
             heard.update(silent)
             for one in silent:
-                _sort(with_noise_effects(one, record, base.fit, effects), sets, failed)
+                kept.add(with_noise_effects(one, record, base.fit, effects))
     except (TimeIsUp, KeyboardInterrupt):
-        return Found(ranked, _led(parts), failed, True)
+        return Found(ranked, _led(parts), kept.failed, True)
 
 
 def _led(parts: Mapping[EffectSet, object]) -> frozenset[str]:
@@ -133,17 +134,21 @@ def _led(parts: Mapping[EffectSet, object]) -> frozenset[str]:
     return frozenset(name for one in parts for name in one.names)
 
 
-def _keep(sets: dict[tuple[str, ...], EffectSet], *found: EffectSet) -> None:
-    """Keep sets, of two with the same effects the one with the smaller error."""
-    for one in found:
-        if one.names not in sets or one.fit.cost < sets[one.names].fit.cost:
-            sets[one.names] = one
+@dataclass(frozen=True, eq=False)
+class _Kept:
+    """The sets that were fitted, by the names of their effects, and the reasons of the effects that failed."""
 
+    base: Base
+    sets: dict[tuple[str, ...], EffectSet]
+    failed: dict[str, str]
 
-def _sort(found: Sequence[EffectSet | Failure], sets: dict[tuple[str, ...], EffectSet], failed: dict[str, str]) -> None:
-    """Keep what was fitted among the sets, and the reasons of what failed."""
-    _keep(sets, *(one for one in found if isinstance(one, EffectSet)))
-    failed.update({one.effect: one.reason for one in found if isinstance(one, Failure)})
+    def add(self, found: Iterable[EffectSet | Failure]) -> None:
+        """Keep what was fitted; of two sets with the same effects the one with the better criterion."""
+        for one in found:
+            if isinstance(one, Failure):
+                self.failed[one.effect] = one.reason
+            elif one.names not in self.sets or criterion(one, self.base) < criterion(self.sets[one.names], self.base):
+                self.sets[one.names] = one
 
 
 def _widest(ranked: Sequence[Visited]) -> list[EffectSet]:

@@ -26,6 +26,9 @@ _ADAPTED, _ADAPTING = 12, 5  # starts to which the rest of the model is adapted 
 _STARTS, _SHORT = 2, 10  # of these, the one with the best signature, then those that fit best
 _FINISHED, _LONG = 2, 200  # extensions fitted to the end: poles near one and initial states make narrow valleys
 
+REACH = 7.0
+"""Nats below the best, odds of a thousand, up to which sets are compared by all blocks, and grown."""
+
 
 @dataclass(frozen=True, eq=False)
 class Trial:
@@ -47,6 +50,8 @@ class Trial:
         How many variants the effect has here.
     describe, place
         See `Extension`.
+    tied
+        Other variants that fit as well, within `REACH`.
     """
 
     effect: str
@@ -58,6 +63,7 @@ class Trial:
     variants: int = 1
     describe: Describe | None = None
     place: str = ""
+    tied: tuple[Trial, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -213,7 +219,7 @@ def begin(effect: Effect, base: Base, least: float = -np.inf) -> Begun | None:
 def finish(begun: Begun, base: Base) -> Trial | None:
     """Fit an effect to the end; None where its parameters end outside what they must lie in, or the fit diverges."""
     with np.errstate(all="ignore"):
-        tried = []
+        tried: list[tuple[float, Trial]] = []
         for candidate in begun.candidates:
             model, problem = candidate.extension.model, _from(candidate, base)
             vector, cost = problem.start(candidate.values), candidate.cost
@@ -224,13 +230,15 @@ def finish(begun: Begun, base: Base) -> Trial | None:
                 vector, problem = (fresh, other) if less < cost else (vector, problem)
             vector, cost = problem.solve(vector, _LONG)
             if np.isfinite(cost) and _is_itself(candidate.extension, problem, vector):
-                tried.append((schwarz(cost, problem.n_free, base), cost, vector, problem, candidate))
+                trial = _trial(
+                    begun.effect, candidate.extension, base, problem, vector, cost, candidate.signature, begun.variants
+                )
+                tried.append((schwarz(cost, problem.n_free, base), trial))
         if not tried:
             return None
-        _, cost, vector, problem, candidate = min(tried, key=lambda item: item[0])
-        return _trial(
-            begun.effect, candidate.extension, base, problem, vector, cost, candidate.signature, begun.variants
-        )
+        (least, best), *others = sorted(tried, key=lambda item: item[0])
+        # The criterion counts two for a nat.
+        return replace(best, tied=tuple(trial for criterion, trial in others if criterion <= least + 2 * REACH))
 
 
 def _promises(least: float, share: float, problem: Fitting, extension: Extension, base: Base) -> bool:

@@ -9,10 +9,10 @@ from dataclasses import replace
 from relaxations.deadline import Progress
 from smid.diagnosis.effects.effect import Effect
 from smid.diagnosis.search.effect_set import EffectSet, put_again, with_noise_effects
-from smid.diagnosis.search.ranking import REACH, Ranking, Visited
+from smid.diagnosis.search.ranking import Ranking, Visited
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.search import Found
-from smid.diagnosis.search.trial import Base
+from smid.diagnosis.search.trial import REACH, Base
 
 __all__ = ["compared"]
 

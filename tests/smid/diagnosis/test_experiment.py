@@ -6,7 +6,7 @@ import pytest
 from smid import OutputError, Parameter
 from smid.diagnosis.experiment import separating_experiment
 from smid.fitting.fit import Fit
-from smid.models import Model, simulate
+from smid.models import Model, signal, simulate, t
 from tests.smid.diagnosis.lag_records import lag, record, steps
 
 VALUES = {"a1": -0.8, "b0": 0.5}
@@ -71,3 +71,20 @@ def test_equal_models_differ_by_nothing(data):
 def test_a_model_that_runs_away_everywhere_separates_nothing(data):
     wild = made(OutputError(), {"a1": -50.0, "b0": 1.0})
     assert separating_experiment({"gain": less(), "wild": wild}, data, "u", "y") is None
+
+
+def test_what_differs_by_another_channel_alone_is_told_apart():
+    """At the mean of the heat both models are the same."""
+    u = steps(0)
+    heat = 30 + 10 * steps(1)
+    data = record(u, lag(u), heat=heat)
+    plain, mean = OutputError(), float(heat.mean())
+    warmer = plain.insert_before("u", lambda x: x * (1 + (signal("heat")[t] - mean) / 20))
+    found = separating_experiment({"gain": made(plain, VALUES), "scheduled": made(warmer, VALUES)}, data, "u", "y")
+    moved = np.resize(heat, len(found.values)) - mean
+    both = (
+        simulate(plain, {"u": found.values}, VALUES)["y"],
+        simulate(plain, {"u": found.values * (1 + moved / 20)}, VALUES)["y"],
+    )
+    assert found.difference == pytest.approx(np.sqrt(np.mean((both[0] - both[1]) ** 2)))
+    assert found.difference > 0.1 * np.std(both[0])

@@ -17,9 +17,10 @@ from smid.diagnosis.effects.effect import Extension, Site
 from smid.diagnosis.effects.parts.naming import free_name, fresh, signal_of
 from smid.models import Model, Parameter, signal, t
 
-__all__ = ["lag_line", "lag_parameters", "lagged", "time_constant"]
+__all__ = ["POLES", "lag_line", "lag_parameters", "lagged", "time_constant"]
 
-_POLES = (0.5, 0.8, 0.95)
+POLES = (0.5, 0.8, 0.95)
+"""Starts of a pole."""
 
 
 def lagged(model: Model, channel: str, stem: str, insert: Callable[..., Model], label: str) -> Extension:
@@ -28,7 +29,7 @@ def lagged(model: Model, channel: str, stem: str, insert: Callable[..., Model], 
     name, raw = free_name(model, f"{channel}_lag"), signal_of(model, channel)
     return Extension(
         insert(channel, lambda _: lag_line(pole, share, name, raw), [pole, share], new_name=name),
-        tuple({pole.name: start, share.name: 0.5} for start in _POLES),
+        tuple({pole.name: start, share.name: 0.5} for start in POLES),
         label,
     )
 

@@ -1,11 +1,14 @@
 """An effect acts on every input, state and output of the base model, whatever these are called."""
 
+import re
+
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from benchmarks.blind.plants import Friction, Plant, Twist, simulate
 from relaxations.algebra.arrays import Array
-from smid import Dataset, Model, Parameter
+from smid import Dataset, Model, OutputError, Parameter
 from smid.diagnosis.effects import (
     bilinear,
     coulomb_friction,
@@ -212,3 +215,16 @@ def test_a_loss_to_a_recorded_channel_is_found() -> None:
     assert trial.label == "ambient minus w"
     assert trial.values["ambient_exchange_w"] == pytest.approx(0.02, rel=0.05)
     assert said.startswith("y goes to ambient: in each sample by 2")
+
+
+def test_a_disturbance_that_comes_through_a_lag_of_its_own_is_found() -> None:
+    u, flow, error = steps(1, N), 20 + 5 * steps(2, N), noise(3, 0.01)
+    w = lfilter([0, 0.5], [1, -0.8], u) + 0.3 * lfilter([0.1], [1, -0.9], flow - flow.mean())
+    data = Dataset.from_arrays(
+        input={"u": u}, output={"y": w + error}, sampling_time=2.0, flow=flow, units={"y": "K", "flow": "l/s"}
+    )
+    trial, said = tried(missing_input.EFFECT, OutputError(), data)
+    assert_recovered(trial, data, {"y": error})
+    assert trial.label == "flow behind a lag at the sensor"
+    assert trial.values["flow_missing_pole"] == pytest.approx(0.9, abs=0.01)
+    assert re.search(r"with a time constant of (18|19|20)(\.\d)? s\.$", said)

@@ -12,8 +12,8 @@ BY_NAME = {effect.name: effect for effect in EFFECTS}
 
 
 def test_the_order_in_which_two_effects_were_put_on_does_not_matter() -> None:
-    """Alone, the missing input looks like an exchange with the flow; beside the wrong gain it is an input."""
-    case = draw(70118, 2)
+    """Without the bias, the second mass is put on without its play."""
+    case = draw(70100, 2)
     model = bind(case.model, case.data)
     base = fitted_base(model, case.data, (np.arange(1000) < 800,), model.input_channels[0], model.output_channels[0])
     found = []
