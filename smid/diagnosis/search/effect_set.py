@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from math import ceil, inf
+from math import ceil, inf, log
 
 import numpy as np
 
@@ -126,11 +126,11 @@ def enlarged(
 
 
 def _begun(effect: Effect, one: EffectSet, base: Base, least: float) -> tuple[int, Begun] | Failure | None:
-    """Begin an effect on a set and on those that are tied with it; return where it fits best."""
+    """Begin an effect on a set and on those that are tied with it; return on which, the set unless it is worse."""
     found = [guarded(effect.name, begin, effect, start.on(base), least) for start in one.alike]
     begun = [(k, b) for k, b in enumerate(found) if isinstance(b, Begun) and not one.alike[k].has(b)]
     failures = (failure for failure in found if isinstance(failure, Failure))
-    return min(begun, key=lambda pair: pair[1].criterion) if begun else next(failures, None)
+    return min(begun, key=lambda pair: pair[1].criterion + _WORTH * (pair[0] > 0)) if begun else next(failures, None)
 
 
 def _finished(started: tuple[int, Begun], one: EffectSet, base: Base) -> Trial | Failure | None:
@@ -158,9 +158,9 @@ def leading(found: Sequence[EffectSet], base: Base, count: int) -> list[EffectSe
     return sorted(several, key=lambda one: criterion(one, base))[:count]
 
 
-def criterion(one: EffectSet | Trial, base: Base) -> float:
-    """Return Schwarz's criterion of a fit on a base."""
-    return schwarz(one.fit.cost, one.fit.n_free, base)
+def criterion(one: EffectSet, base: Base) -> float:
+    """Return Schwarz's criterion of a set, which counts two for a nat, with what the choice of the variants costs."""
+    return schwarz(one.fit.cost, one.fit.n_free, base) + 2 * sum(log(max(t.variants, 1)) for t in one.trials)
 
 
 def reopened(one: EffectSet, base: Base, effects: Mapping[str, Effect]) -> EffectSet:
@@ -175,9 +175,9 @@ def reopened(one: EffectSet, base: Base, effects: Mapping[str, Effect]) -> Effec
         if rest is None:
             continue
         trial = guarded(first.effect, try_effect, effects[first.effect], rest.on(base))
-        if isinstance(trial, Trial) and criterion(trial, base) < criterion(one, base) - _WORTH:
-            one = rest.with_trial(trial)
-            waiting = list(one.trials[:-1])
+        other = rest.with_trial(trial) if isinstance(trial, Trial) else one
+        if criterion(other, base) < criterion(one, base) - _WORTH:
+            one, waiting = other, list(other.trials[:-1])
     return one
 
 

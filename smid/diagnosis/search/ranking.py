@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from math import comb, inf, log
 
+import numpy as np
+
 from smid.diagnosis.search.compare import rms
 from smid.diagnosis.search.effect_set import EffectSet
 from smid.diagnosis.search.evidence import Evidence, bound_of_evidence, evidence, evidence_with_noise_effect
@@ -13,6 +15,9 @@ from smid.diagnosis.search.noise_model import NoiseModel, noise_model
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.trial import REACH
 from smid.fitting.fit import Errors
+
+EXCESS = 0.1
+"""Share of the noise bound: RMS beyond the bound. Fitted numbers are a little off, so samples near it may exceed it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +56,8 @@ class Ranking:
 
     The noise model is that of the best set under it.  Where several noise models have this property, and one of them
     takes what a set fails to explain for noise, the one counts whose best set has the largest merit.  So the iteration
-    begins twice: at the best set known and at the set of the least error.  With a noise bound, what exceeds it in the
-    RMS is not the noise of the record, so a best set that leaves such an error counts only where each does.
+    begins twice: at the best set known and at the set of the least error.  What exceeds a noise bound is not noise, so
+    of the best sets only those count that exceed it least, or by less than `EXCESS` of the bound.
 
     Parameters
     ----------
@@ -72,19 +77,20 @@ class Ranking:
         sets = tuple(sets)
         starts = dict.fromkeys(s for s in (self._best, min(sets, key=lambda s: s.fit.cost)) if s in sets)
         settled = [self._settled(sets, start) for start in starts if start is not None]
-        settled = [pair for pair in settled if self._keeps_bound(pair[0][0].effects)] or settled
+        excess = [self._excess(ranked[0].effects) for ranked, _ in settled]
+        settled = [pair for pair, own in zip(settled, excess, strict=True) if own <= max(EXCESS, min(excess))]
         ranked, _ = max(settled, key=lambda pair: pair[0][0].merit - pair[1].noise.price)
         self._best = ranked[0].effects
         self._tables = {one: t for one, t in self._tables.items() if any(t is used for _, used in settled)}
         return ranked
 
-    def _keeps_bound(self, one: EffectSet) -> bool:
-        """Return whether the RMS of the error of a set is within the noise bound, as that of the noise is."""
+    def _excess(self, one: EffectSet) -> float:
+        """Return the RMS by which the errors of a set exceed the noise bound, as a share of it."""
         bound, used = self.record.noise_bound, self.record.used
         if bound is None:
-            return True
+            return 0.0
         kept = [error[used[e][: len(error)]] for e, channel, error, _ in one.errors if channel == self.record.output]
-        return rms(kept) <= bound
+        return rms([np.maximum(np.abs(error) - bound, 0.0) for error in kept]) / bound
 
     def _settled(self, sets: Sequence[EffectSet], start: EffectSet) -> tuple[tuple[Visited, ...], _Table]:
         """Rank under the noise model of the best set, beginning with that of a given one."""

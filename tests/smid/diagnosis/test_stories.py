@@ -46,8 +46,8 @@ def test_a_mismatch_of_table_2_is_told_from_its_rivals(mismatch: str, effect: st
     """Those that take long among all effects (`python -m benchmarks.stories` has them there)."""
     model, data, bound = reactor(mismatch)
     diagnosis = diagnose(model, data, bound, effects=(effect, *rivals, "gain"), certify=False, workers=1)
-    assert diagnosis.verdict == "named"
-    assert effect in [cause.effect for cause in diagnosis.causes]
+    # A second reactor in succession is a lag and a smaller gain, which a gain that changes at once imitates.
+    assert {cause.effect: cause.confidence for cause in diagnosis.causes}[effect] >= 0.95
     assert diagnosis.gain.noise_bound_after < 1.2 * bound
 
 
