@@ -216,8 +216,10 @@ class Cover:
         lower, upper = box.left
         if self.points:
             beyond = self._beyond(box)
+            if beyond.max(initial=-np.inf) <= self.tolerance:
+                return None
             side, place = (int(i) for i in np.unravel_index(int(np.argmax(beyond)), beyond.shape))
-            if beyond.max() <= self.tolerance or self._is_sharp(box, side, place):
+            if self._is_sharp(box, side, place):
                 return None
             k, sign = int(self._targets[place]), 1 if side == 0 else -1
             value = float(self.inner[side][k])
