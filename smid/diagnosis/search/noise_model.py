@@ -58,9 +58,7 @@ class NoiseModel:
         return result
 
 
-def noise_model(
-    errors: Errors, used: Sequence[Mask], base: Errors = (), bounds: Mapping[str, float] | None = None
-) -> NoiseModel:
+def noise_model(errors: Errors, used: Sequence[Mask], base: Errors = ()) -> NoiseModel:
     """Return the noise model that errors of free runs tell.
 
     Parameters
@@ -71,14 +69,9 @@ def noise_model(
         Shape (n,). Per experiment, the samples that count; the others are bridged.
     base
         Errors of the base model, a share of which is the discrepancy; without them there is none.
-    bounds
-        Of the noise, by channel. Its RMS is no larger: of errors that are, only so much is noise.
     """
     left, missed = _bridged(errors, used), _bridged(base, used)
-    bounds = bounds or {}
-    taps = {
-        channel: _taps(parts, missed.get(channel, []), bounds.get(channel, np.inf)) for channel, parts in left.items()
-    }
+    taps = {channel: _taps(parts, missed.get(channel, [])) for channel, parts in left.items()}
     price = sum(0.5 * len(taps[c]) * np.log(sum(int(m.sum()) for _, m in parts)) for c, parts in left.items())
     return NoiseModel(taps, float(price))
 
@@ -96,7 +89,7 @@ def _bridged(errors: Errors, used: Sequence[Mask]) -> dict[str, _Bridged]:
     return parts
 
 
-def _taps(left: _Bridged, missed: _Bridged, bound: float) -> Array:
+def _taps(left: _Bridged, missed: _Bridged) -> Array:
     n = sum(error.size for error, _ in left)
     noise = levinson(own := _autocovariance(left), n)
     whole = levinson(own + _discrepancy(own, missed), n) if missed else noise
@@ -107,7 +100,6 @@ def _taps(left: _Bridged, missed: _Bridged, bound: float) -> Array:
     deviation = max(float(np.sqrt(np.mean(innovations**2))), least)
     for _ in range(_ITERATIONS):
         deviation = max(float(np.sqrt(np.mean(weights(innovations / deviation) * innovations**2))), least)
-    deviation *= min(1.0, bound / np.sqrt(own[0])) if own[0] > 0 else 1.0
     grown = np.sqrt(whole.innovation / noise.innovation) if noise.innovation > 0 else 1.0
     return np.asarray(whole.coefficients / (deviation * grown))
 

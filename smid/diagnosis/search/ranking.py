@@ -84,10 +84,6 @@ class Ranking:
         self._tables = {one: t for one, t in self._tables.items() if any(t is used for _, used in settled)}
         return ranked
 
-    def _bounds(self) -> dict[str, float]:
-        bound = self.record.noise_bound
-        return {} if bound is None else {self.record.output: bound}
-
     def _excess(self, one: EffectSet) -> float:
         """Return the RMS by which the errors of a set exceed the noise bound, as a share of it."""
         bound, used = self.record.noise_bound, self.record.used
@@ -101,8 +97,7 @@ class Ranking:
         seen = [start]
         while True:
             if seen[-1] not in self._tables:
-                noise = noise_model(seen[-1].errors, self.record.used, self.base, self._bounds())
-                self._tables[seen[-1]] = _Table(noise)
+                self._tables[seen[-1]] = _Table(noise_model(seen[-1].errors, self.record.used, self.base))
             table = self._tables[seen[-1]]
             ranked = self._ranked(sets, table)
             # A circle of best sets ends at the first that comes again.

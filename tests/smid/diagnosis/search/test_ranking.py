@@ -13,7 +13,6 @@ from smid.diagnosis.search.ranking import Ranking
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.trial import fitted_base, try_effect
 from smid.fitting.binding import bind
-from tests.smid.diagnosis.lag_records import autoregressive
 
 
 def test_a_drift_is_no_noise_where_the_noise_bound_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -32,13 +31,3 @@ def test_a_drift_is_no_noise_where_the_noise_bound_says_so(monkeypatch: pytest.M
         ranking = Ranking(record, base.errors, len(EFFECTS))
         ranking.rank(sets[:1])  # as the search begins
         assert ranking.rank(sets)[0].names == leader
-
-
-def test_of_errors_beyond_the_noise_bound_only_so_much_is_noise() -> None:
-    error = 10 * autoregressive(np.random.default_rng(0), 500, 0.9)
-    errors, used = ((0, "y", error, np.zeros((500, 0))),), (np.ones(500, bool),)
-    free = noise_model.noise_model(errors, used).innovations("y", error)
-    bounded = noise_model.noise_model(errors, used, bounds={"y": 2.0}).innovations("y", error)
-    np.testing.assert_allclose(bounded, free * np.sqrt(np.mean(error**2)) / 2.0)
-    loose = noise_model.noise_model(errors, used, bounds={"y": 100.0}).innovations("y", error)
-    np.testing.assert_array_equal(loose, free)
