@@ -56,8 +56,9 @@ class Ranking:
 
     The noise model is that of the best set under it.  Where several noise models have this property, and one of them
     takes what a set fails to explain for noise, the one counts whose best set has the largest merit.  So the iteration
-    begins twice: at the best set known and at the set of the least error.  What exceeds a noise bound is not noise, so
-    of the best sets only those count that exceed it least, or by less than `EXCESS` of the bound.
+    begins twice: at the best set known and at the set of the least error.  With a noise bound, what exceeds it in the
+    RMS is not the noise of the record, so a best set that leaves such an error counts only where each does. Of those
+    that do not, the ones count that exceed the bound least in single samples, or by less than `EXCESS` of it.
 
     Parameters
     ----------
@@ -77,12 +78,21 @@ class Ranking:
         sets = tuple(sets)
         starts = dict.fromkeys(s for s in (self._best, min(sets, key=lambda s: s.fit.cost)) if s in sets)
         settled = [self._settled(sets, start) for start in starts if start is not None]
-        excess = [self._excess(ranked[0].effects) for ranked, _ in settled]
-        settled = [pair for pair, own in zip(settled, excess, strict=True) if own <= max(EXCESS, min(excess))]
+        if keeping := [pair for pair in settled if self._keeps_bound(pair[0][0].effects)]:
+            excess = [self._excess(pair[0][0].effects) for pair in keeping]
+            settled = [pair for pair, own in zip(keeping, excess, strict=True) if own <= max(EXCESS, min(excess))]
         ranked, _ = max(settled, key=lambda pair: pair[0][0].merit - pair[1].noise.price)
         self._best = ranked[0].effects
         self._tables = {one: t for one, t in self._tables.items() if any(t is used for _, used in settled)}
         return ranked
+
+    def _keeps_bound(self, one: EffectSet) -> bool:
+        """Return whether the RMS of the error of a set is within the noise bound, as that of the noise is."""
+        bound, used = self.record.noise_bound, self.record.used
+        if bound is None:
+            return True
+        kept = [error[used[e][: len(error)]] for e, channel, error, _ in one.errors if channel == self.record.output]
+        return rms(kept) <= bound
 
     def _excess(self, one: EffectSet) -> float:
         """Return the RMS by which the errors of a set exceed the noise bound, as a share of it."""
