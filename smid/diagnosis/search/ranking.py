@@ -8,6 +8,7 @@ from math import comb, inf, log
 
 import numpy as np
 
+from relaxations.algebra.arrays import Array
 from smid.diagnosis.search.compare import rms
 from smid.diagnosis.search.effect_set import EffectSet
 from smid.diagnosis.search.evidence import Evidence, bound_of_evidence, evidence, evidence_with_noise_effect
@@ -51,6 +52,10 @@ class _Table:
     known: dict[EffectSet, Visited] = field(default_factory=dict)
 
 
+_Settled = tuple[tuple[Visited, ...], _Table]
+"""Sets ranked under the noise model of the best of them."""
+
+
 class Ranking:
     """Ranks sets under one noise model, and remembers what it knows of each.
 
@@ -78,31 +83,27 @@ class Ranking:
         sets = tuple(sets)
         starts = dict.fromkeys(s for s in (self._best, min(sets, key=lambda s: s.fit.cost)) if s in sets)
         settled = [self._settled(sets, start) for start in starts if start is not None]
-        if keeping := [pair for pair in settled if self._keeps_bound(pair[0][0].effects)]:
-            excess = [self._excess(pair[0][0].effects) for pair in keeping]
-            settled = [pair for pair, own in zip(keeping, excess, strict=True) if own <= max(EXCESS, min(excess))]
-        ranked, _ = max(settled, key=lambda pair: pair[0][0].merit - pair[1].noise.price)
+        ranked, _ = max(self._within_bound(settled), key=lambda pair: pair[0][0].merit - pair[1].noise.price)
         self._best = ranked[0].effects
         self._tables = {one: t for one, t in self._tables.items() if any(t is used for _, used in settled)}
         return ranked
 
-    def _keeps_bound(self, one: EffectSet) -> bool:
-        """Return whether the RMS of the error of a set is within the noise bound, as that of the noise is."""
-        bound, used = self.record.noise_bound, self.record.used
+    def _within_bound(self, settled: Sequence[_Settled]) -> Sequence[_Settled]:
+        """Leave out those whose best set exceeds the noise bound more than another one does."""
+        bound = self.record.noise_bound
         if bound is None:
-            return True
-        kept = [error[used[e][: len(error)]] for e, channel, error, _ in one.errors if channel == self.record.output]
-        return rms(kept) <= bound
+            return settled
+        errors = [self._left(ranked[0].effects) for ranked, _ in settled]
+        kept = [k for k, own in enumerate(errors) if rms(own) <= bound]
+        excess = {k: rms([np.maximum(np.abs(e) - bound, 0.0) for e in errors[k]]) for k in kept}
+        return [settled[k] for k in kept if excess[k] <= max(EXCESS * bound, min(excess.values()))] or settled
 
-    def _excess(self, one: EffectSet) -> float:
-        """Return the RMS by which the errors of a set exceed the noise bound, as a share of it."""
-        bound, used = self.record.noise_bound, self.record.used
-        if bound is None:
-            return 0.0
-        kept = [error[used[e][: len(error)]] for e, channel, error, _ in one.errors if channel == self.record.output]
-        return rms([np.maximum(np.abs(error) - bound, 0.0) for error in kept]) / bound
+    def _left(self, one: EffectSet) -> list[Array]:
+        """Return the errors of the main output that a set leaves at the samples that count."""
+        used, output = self.record.used, self.record.output
+        return [error[used[e][: len(error)]] for e, channel, error, _ in one.errors if channel == output]
 
-    def _settled(self, sets: Sequence[EffectSet], start: EffectSet) -> tuple[tuple[Visited, ...], _Table]:
+    def _settled(self, sets: Sequence[EffectSet], start: EffectSet) -> _Settled:
         """Rank under the noise model of the best set, beginning with that of a given one."""
         seen = [start]
         while True:

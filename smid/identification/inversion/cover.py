@@ -219,7 +219,9 @@ class Cover:
             if beyond.max(initial=-np.inf) <= self.tolerance:
                 return None
             side, place = (int(i) for i in np.unravel_index(int(np.argmax(beyond)), beyond.shape))
-            if self._is_sharp(box, side, place):
+            if (end := self._sharp_end(box, side, place)) is not None:
+                # The end itself is too close to the noise bounds to be verified, but not what is near it.
+                self.points += near(self.record, end, np.mean(self.points, axis=0))
                 return None
             k, sign = int(self._targets[place]), 1 if side == 0 else -1
             value = float(self.inner[side][k])
@@ -228,28 +230,24 @@ class Cover:
         widest = self._best(lower, upper)
         return None if widest is None else (widest, _middle(float(lower[widest]), float(upper[widest])))
 
-    def _is_sharp(self, box: Box, side: int, place: int) -> bool:
-        """Return whether smaller boxes would hardly move the end of a target.
+    def _sharp_end(self, box: Box, side: int, place: int) -> Array | None:
+        """Return the point where a box ends towards a target; None if smaller boxes would move this end.
 
-        Where the rows of a box with the radii of its middle end, they would end at best. A point near it is verified.
+        Where the rows of a box with the radii of its middle end, they would end at best.
         """
         (lower, upper), (low, high), targets = box.left, self.inner, self._targets
         # Far from the verified points, the middle of a box says little of other points in it.
         if np.any(upper[targets] - lower[targets] > high[targets] - low[targets]):
-            return False
+            return None
         k, rows = int(targets[place]), self.record.rows(lower, upper, at_middle=True)
         found = Program(rows).end(k, -1 if side else 1) if len(rows.centre) else None
         if found is None:
-            return False
+            return None
         (bound, _, end), (middle, half) = found, middle_and_half(lower, upper)
         best = lower.copy(), upper.copy()
         best[side][k] = middle[k] + (-half[k] if side else half[k]) * bound
         gain = self._beyond(box) - self._beyond(Box(*best))
-        if gain[side, place] > _GAIN * self.tolerance:
-            return False
-        # The end itself is too close to the noise bounds to be verified, but not what is near it.
-        self.points += near(self.record, self._own(middle + half * end[: len(middle)]), np.mean(self.points, axis=0))
-        return True
+        return None if gain[side, place] > _GAIN * self.tolerance else self._own(middle + half * end[: len(middle)])
 
     def _best(self, lower: Array, upper: Array) -> int | None:
         """Return the unknown whose halving makes the rows say most; None where all are too narrow to be halved."""

@@ -27,26 +27,31 @@ def test_a_mismatch_of_table_2_is_named_among_all_effects(mismatch: str, effect:
 
 
 @pytest.mark.parametrize(
-    ("mismatch", "effect", "rivals"),
+    ("mismatch", "effect", "rivals", "verdicts"),
     [
         (
             "two_in_succession",
             "extra_lag",
             # Of single effects, the first three fit best: the two that were hidden are found as swaps.
             ("time_constant", "parameter_change", "output_curve", "inner_curve", "input_delay"),
+            # The second reactor is a lag and a smaller gain, which a gain that changes at once imitates.
+            ("named", "ambiguous"),
         ),
         (
             "sine",
             "output_curve",
             ("input_curve", "output_saturation", "power_law", "operating_point", "hysteresis"),
+            ("named",),
         ),
     ],
 )
-def test_a_mismatch_of_table_2_is_told_from_its_rivals(mismatch: str, effect: str, rivals: tuple[str, ...]) -> None:
+def test_a_mismatch_of_table_2_is_told_from_its_rivals(
+    mismatch: str, effect: str, rivals: tuple[str, ...], verdicts: tuple[str, ...]
+) -> None:
     """Those that take long among all effects (`python -m benchmarks.stories` has them there)."""
     model, data, bound = reactor(mismatch)
     diagnosis = diagnose(model, data, bound, effects=(effect, *rivals, "gain"), certify=False, workers=1)
-    # A second reactor in succession is a lag and a smaller gain, which a gain that changes at once imitates.
+    assert diagnosis.verdict in verdicts
     assert {cause.effect: cause.confidence for cause in diagnosis.causes}[effect] >= 0.95
     assert diagnosis.gain.noise_bound_after < 1.2 * bound
 
