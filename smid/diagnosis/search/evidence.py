@@ -16,19 +16,22 @@ American Statistical Association 90 (1995) 928-934 (the information of one sampl
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array, Mask
-from smid.diagnosis.search.noise_model import NoiseModel, log_density, noise_model, weights
+from smid.diagnosis.search.compare import rms
+from smid.diagnosis.search.noise_model import DISCREPANCY, NoiseModel, log_density, noise_model, weights
 from smid.diagnosis.search.record import FOLDS, Record
+from smid.diagnosis.search.within_bound import BLURS, OFF, WithinBound
 from smid.fitting.fit import Errors, Fit, Fitting
 
 _POLISHING = 4
 _WORTH = 0.1  # nats
-_SHORTEST = 1 / 16
+_DAMPING = (0.0, 0.1, 1.0, 10.0, 100.0)  # shares of the information
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,25 +55,100 @@ class Evidence:
 
 
 @dataclass(frozen=True, eq=False)
-class _Whitened:
-    """Innovations with their derivatives, and the block of each."""
+class _Part:
+    """The errors of an experiment and channel that count, under a noise model."""
 
+    errors: Array
     innovations: Array
-    slopes: Array
+    raw: Array  # derivatives of the errors by the fitted numbers, shape (n, n_free)
+    slopes: Array  # the same of the innovations
     folds: Array
-    scale: float  # log of the derivative of all innovations by the errors
+    deviation: float  # of the innovations, in the channel's unit
+    within: WithinBound | None
+
+    @cached_property
+    def likelihood(self) -> Array:
+        """Log density of each error, shape (n,)."""
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # a step may lead to a run that diverges
+            plain = log_density(self.innovations) - np.log(self.deviation)
+            if self.within is None:
+                return np.asarray(plain)
+            expected = self.errors - self.deviation * self.innovations
+            return np.asarray(plain + self.within.log_density(self.errors, expected, self.deviation))
+
+    def normal(self, kept: Mask) -> tuple[Array, Array]:
+        """Return gradient and information of minus the log likelihood of the kept errors, by Gauss and Newton."""
+        weighted = weights(self.innovations[kept])[:, None] * self.slopes[kept]
+        gradient, information = weighted.T @ self.innovations[kept], weighted.T @ self.slopes[kept]
+        if self.within is not None:
+            raw, (first, second) = self.raw[kept], self.within.slopes(self.errors[kept])
+            gradient, information = gradient + raw.T @ first, information + raw.T @ (second[:, None] * raw)
+        return gradient, information
 
 
-def _whitened(record: Record, noise: NoiseModel, errors: Errors) -> _Whitened:
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """All errors that count, under a noise model."""
+
+    parts: tuple[_Part, ...]
+
+    @property
+    def is_finite(self) -> bool:
+        return all(np.isfinite(p.innovations).all() and np.isfinite(p.slopes).all() for p in self.parts)
+
+    @property
+    def count(self) -> int:
+        """How many errors there are."""
+        return sum(len(p.errors) for p in self.parts)
+
+    def moved(self, step: Array) -> _Seen:
+        """Return what is seen after a step of the fitted numbers, in the linear approximation."""
+        return _Seen(
+            tuple(
+                replace(p, errors=p.errors + p.raw @ step, innovations=p.innovations + p.slopes @ step)
+                for p in self.parts
+            )
+        )
+
+    def likelihood(self, without: int | None = None) -> float:
+        """Return the log density of all errors, or of those without a block."""
+        return float(sum(np.sum(p.likelihood[p.folds != without]) for p in self.parts))
+
+    def of_block(self, fold: int) -> float:
+        """Return the log density of the errors in a block."""
+        return self.likelihood() - self.likelihood(fold)
+
+    def normal(self, without: int | None = None) -> tuple[Array, Array]:
+        """See `_Part.normal`: of all errors, or of those without a block."""
+        gradients, informations = zip(*(p.normal(p.folds != without) for p in self.parts), strict=True)
+        return np.asarray(sum(gradients)), np.asarray(sum(informations))
+
+    def spreads(self, before: Array, without: int) -> list[Array]:
+        """Return the deviation of each predicted output where the fitted numbers are known without a block only."""
+        covariance = before[:, None] * np.linalg.inv(_updated(self.normal(without)[1], before)) * before
+        return [np.sqrt(np.maximum(np.sum(p.raw @ covariance * p.raw, axis=1), 0.0)) for p in self.parts]
+
+    def blurred(self, spreads: Sequence[Array]) -> _Seen:
+        """Return what is seen where predictions are off by so much, in addition, at the noise bound."""
+        return _Seen(
+            tuple(
+                replace(p, within=p.within and replace(p.within, blur=np.hypot(p.within.blur, spread)))
+                for p, spread in zip(self.parts, spreads, strict=True)
+            )
+        )
+
+
+def _seen(record: Record, noise: NoiseModel, errors: Errors) -> _Seen:
     counted = record.counted(noise.past)
-    innovations, slopes, folds, scale = [], [], [], 0.0
+    parts = []
     for e, channel, error, slope in errors:
         kept = counted[e][: len(error)]
-        innovations.append(noise.innovations(channel, error)[kept])
-        slopes.append(noise.innovations(channel, slope)[kept])
-        folds.append(record.folds[e][: len(error)][kept])
-        scale += float(kept.sum() * np.log(noise.taps[channel][0]))
-    return _Whitened(np.concatenate(innovations), np.concatenate(slopes), np.concatenate(folds), scale)
+        with np.errstate(over="ignore", invalid="ignore"):  # a run may diverge
+            innovations, slopes = (noise.innovations(channel, item)[kept] for item in (error, slope))
+        folds, deviation = record.folds[e][: len(error)][kept], 1.0 / noise.taps[channel][0]
+        within = noise.within.get(channel)
+        parts.append(_Part(error[kept], innovations, slope[kept], slopes, folds, deviation, within))
+    return _Seen(tuple(parts))
 
 
 def bound_of_evidence(record: Record, noise: NoiseModel, errors: Errors, boxes: Mapping[int, float]) -> float:
@@ -81,11 +159,15 @@ def bound_of_evidence(record: Record, noise: NoiseModel, errors: Errors, boxes: 
     boxes
         Width of the box of each number that belongs to an effect, by its place among the fitted numbers.
     """
-    seen = _whitened(record, noise, errors)
-    if not (np.isfinite(seen.innovations).all() and np.isfinite(seen.slopes).all()):
+    seen = _seen(record, noise, errors)
+    if not seen.is_finite:
         return -np.inf
     before, information = _information(seen, boxes)
-    return seen.scale + float(np.sum(log_density(seen.innovations))) - _occam(_updated(information, before))
+    best = seen
+    # A fit by least squares may miss the noise bound by little.
+    for _ in range(_POLISHING if noise.within else 0):
+        _, best = _step(best, best.moved, before)
+    return best.likelihood() - _occam(_updated(information, before))
 
 
 def _updated(information: Array, before: Array) -> Array:
@@ -97,12 +179,11 @@ def _occam(updated: Array) -> float:
     return 0.5 * float(np.linalg.slogdet(updated)[1])
 
 
-def _information(seen: _Whitened, boxes: Mapping[int, float]) -> tuple[Array, Array]:
+def _information(seen: _Seen, boxes: Mapping[int, float]) -> tuple[Array, Array]:
     """Return the deviations before the record was seen, and the information of the record."""
-    weighted = weights(seen.innovations)[:, None] * seen.slopes
-    information = np.asarray(seen.slopes.T @ weighted)
+    _, information = seen.normal()
     diagonal = np.diag(information)
-    one_sample = np.sqrt(np.divide(len(seen.innovations), diagonal, out=np.zeros_like(diagonal), where=diagonal > 0))
+    one_sample = np.sqrt(np.divide(seen.count, diagonal, out=np.zeros_like(diagonal), where=diagonal > 0))
     before = one_sample.copy()
     for place, width in boxes.items():
         if np.isfinite(width):
@@ -121,49 +202,72 @@ def evidence(record: Record, noise: NoiseModel, fit: Fit, boxes: Mapping[str, fl
     problem = Fitting(fit.model, record.data, record.used, fit.initial)
     places = {problem.run.parameters.index(name): width for name, width in boxes.items()}
     vector = problem.start(fit.model.values)
+
+    def moved(step: Array) -> Array:
+        return np.clip(vector + step, *problem.box)
+
+    def after(step: Array) -> _Seen:
+        return _seen(record, noise, tuple(problem.errors(moved(step), False)))
+
     for left in reversed(range(_POLISHING)):
-        seen = _whitened(record, noise, tuple(problem.errors(vector, True)))
-        if not (np.isfinite(seen.innovations).all() and np.isfinite(seen.slopes).all()):
+        seen = _seen(record, noise, tuple(problem.errors(vector, True)))
+        if not seen.is_finite:
             return Evidence(-np.inf, np.inf, vector, np.full(len(vector), np.inf))
         before, information = _information(seen, places)
         if not left:
             break
-        everything = np.ones(len(seen.innovations), bool)
-        reached, innovations = _step(record, noise, problem, vector, seen, everything, before)
-        if np.sum(log_density(innovations)) - np.sum(log_density(seen.innovations)) < _WORTH:
+        step, reached = _step(seen, after, before)
+        if reached.likelihood() - seen.likelihood() < _WORTH:
             break
-        vector = reached
-    likelihood = log_density(seen.innovations)
+        vector = moved(step)
+    value = seen.likelihood()
     for fold in range(FOLDS):
-        left_out = seen.folds == fold
-        if left_out.any():
-            _, innovations = _step(record, noise, problem, vector, seen, ~left_out, before)
-            likelihood[left_out] = log_density(innovations[left_out])
+        _, reached = _step(seen, after, before, fold)
+        value += reached.blurred(seen.spreads(before, fold)).of_block(fold) - seen.of_block(fold)
     updated = _updated(information, before)
     deviation = before * np.sqrt(np.maximum(np.diag(np.linalg.inv(updated)), 0.0))
-    return Evidence(seen.scale + float(np.sum(likelihood)) - _occam(updated), _occam(updated), vector, deviation)
+    return Evidence(value - _occam(updated), _occam(updated), vector, deviation)
 
 
 def _step(
-    record: Record, noise: NoiseModel, problem: Fitting, vector: Array, seen: _Whitened, kept: Mask, before: Array
-) -> tuple[Array, Array]:
-    """Return what a step of Gauss and Newton over the kept innovations reaches, with all innovations there.
+    seen: _Seen, after: Callable[[Array], _Seen], before: Array, without: int | None = None
+) -> tuple[Array, _Seen]:
+    """Return a damped step of Gauss and Newton, over all errors or those without a block, and what is seen after it.
 
-    The step is halved until the kept innovations are no less likely.
+    The damping grows until these errors are no less likely (Levenberg, Quarterly of Applied Mathematics 2, 1944).
     """
-    lower, upper = problem.box
-    slopes = seen.slopes[kept] * before
-    weighted = weights(seen.innovations[kept])[:, None] * slopes
-    normal = slopes.T @ weighted + np.eye(len(before))
-    step = -before * np.linalg.solve(normal, weighted.T @ seen.innovations[kept])
-    least, share = float(np.sum(log_density(seen.innovations[kept]))), 1.0
-    while share > _SHORTEST:
-        tried = np.clip(vector + share * step, lower, upper)
-        found = _whitened(record, noise, tuple(problem.errors(tried, False))).innovations
-        if np.isfinite(found).all() and float(np.sum(log_density(found[kept]))) >= least:
-            return tried, found
-        share /= 2
-    return vector, seen.innovations
+    gradient, information = seen.normal(without)
+    updated, least = _updated(information, before), seen.likelihood(without)
+    for damping in _DAMPING:
+        step = -before * np.linalg.solve(updated + damping * np.diag(np.diag(updated)), before * gradient)
+        reached = after(step)
+        if reached.likelihood(without) >= least:
+            return step, reached
+    return np.zeros_like(step), seen
+
+
+def noise_of(record: Record, base: Errors, fit: Fit, errors: Errors, boxes: Mapping[str, float]) -> NoiseModel:
+    """Return the noise model that the errors of a fit tell, with the blur of the noise bound that predicts best.
+
+    Parameters
+    ----------
+    base
+        Errors of the base model.
+    """
+    noise, bound = noise_model(errors, record.used, base), record.noise_bound
+    if bound is None:
+        return noise
+    missed = rms([error[record.used[e][: len(error)]] for e, channel, error, _ in base if channel == record.output])
+    usual = float(np.hypot(OFF * bound, DISCREPANCY * missed))
+    choices = [
+        replace(
+            noise,
+            within={record.output: WithinBound(bound, share * bound)},
+            price=noise.price + 0.5 * (share * bound / usual) ** 2,
+        )
+        for share in BLURS
+    ]
+    return max(choices, key=lambda one: evidence(record, one, fit, boxes).value - one.price)
 
 
 def evidence_with_noise_effect(
@@ -176,5 +280,5 @@ def evidence_with_noise_effect(
     score_drop
         See `smid.diagnosis.effects.effect.Detection`.
     """
-    plain = evidence(record, noise_model(errors, record.used, base), fit, boxes)
+    plain = evidence(record, noise_of(record, base, fit, errors, boxes), fit, boxes)
     return replace(plain, value=plain.value + score_drop / 2)

@@ -14,12 +14,14 @@ Society B 63, 2001).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from relaxations.algebra.arrays import Array, Mask
 from smid.diagnosis.evidence.autoregression import LARGEST_ORDER, autocovariance, levinson
+from smid.diagnosis.search.record import bridged
+from smid.diagnosis.search.within_bound import WithinBound
 from smid.fitting.fit import Errors
 
 TAIL = 10.0
@@ -39,11 +41,14 @@ class NoiseModel:
     taps
         Per channel, A divided by the deviation: applied to a residual, they give innovations of deviation one.
     price
-        Nats that its coefficients cost, by Schwarz's criterion.
+        Nats that its coefficients cost, by Schwarz's criterion, and its errors beyond a noise bound.
+    within
+        Per channel with a noise bound.
     """
 
     taps: Mapping[str, Array]
     price: float = 0.0
+    within: Mapping[str, WithinBound] = field(default_factory=dict)
 
     @property
     def past(self) -> int:
@@ -84,8 +89,7 @@ def _bridged(errors: Errors, used: Sequence[Mask]) -> dict[str, _Bridged]:
     parts: dict[str, _Bridged] = {}
     for e, channel, error, _ in errors:
         mask = used[e][: len(error)]
-        bridged = np.interp(np.arange(error.size), np.flatnonzero(mask), error[mask])
-        parts.setdefault(channel, []).append((bridged, mask))
+        parts.setdefault(channel, []).append((bridged(error, mask), mask))
     return parts
 
 

@@ -6,19 +6,18 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from math import comb, inf, log
 
-import numpy as np
-
-from relaxations.algebra.arrays import Array
-from smid.diagnosis.search.compare import rms
 from smid.diagnosis.search.effect_set import EffectSet
-from smid.diagnosis.search.evidence import Evidence, bound_of_evidence, evidence, evidence_with_noise_effect
-from smid.diagnosis.search.noise_model import NoiseModel, noise_model
+from smid.diagnosis.search.evidence import (
+    Evidence,
+    bound_of_evidence,
+    evidence,
+    evidence_with_noise_effect,
+    noise_of,
+)
+from smid.diagnosis.search.noise_model import NoiseModel
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.trial import REACH
 from smid.fitting.fit import Errors
-
-EXCESS = 0.1
-"""Share of the noise bound: RMS beyond the bound. Fitted numbers are a little off, so samples near it may exceed it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,18 +51,12 @@ class _Table:
     known: dict[EffectSet, Visited] = field(default_factory=dict)
 
 
-_Settled = tuple[tuple[Visited, ...], _Table]
-"""Sets ranked under the noise model of the best of them."""
-
-
 class Ranking:
     """Ranks sets under one noise model, and remembers what it knows of each.
 
     The noise model is that of the best set under it.  Where several noise models have this property, and one of them
     takes what a set fails to explain for noise, the one counts whose best set has the largest merit.  So the iteration
-    begins twice: at the best set known and at the set of the least error.  With a noise bound, what exceeds it in the
-    RMS is not the noise of the record, so a best set that leaves such an error counts only where each does. Of those
-    that do not, the ones count that exceed the bound least in single samples, or by less than `EXCESS` of it.
+    begins twice: at the best set known and at the set of the least error.
 
     Parameters
     ----------
@@ -83,32 +76,19 @@ class Ranking:
         sets = tuple(sets)
         starts = dict.fromkeys(s for s in (self._best, min(sets, key=lambda s: s.fit.cost)) if s in sets)
         settled = [self._settled(sets, start) for start in starts if start is not None]
-        ranked, _ = max(self._within_bound(settled), key=lambda pair: pair[0][0].merit - pair[1].noise.price)
+        ranked, _ = max(settled, key=lambda pair: pair[0][0].merit - pair[1].noise.price)
         self._best = ranked[0].effects
         self._tables = {one: t for one, t in self._tables.items() if any(t is used for _, used in settled)}
         return ranked
 
-    def _within_bound(self, settled: Sequence[_Settled]) -> Sequence[_Settled]:
-        """Leave out those whose best set exceeds the noise bound more than another one does."""
-        bound = self.record.noise_bound
-        if bound is None:
-            return settled
-        errors = [self._left(ranked[0].effects) for ranked, _ in settled]
-        kept = [k for k, own in enumerate(errors) if rms(own) <= bound]
-        excess = {k: rms([np.maximum(np.abs(e) - bound, 0.0) for e in errors[k]]) for k in kept}
-        return [settled[k] for k in kept if excess[k] <= max(EXCESS * bound, min(excess.values()))] or settled
-
-    def _left(self, one: EffectSet) -> list[Array]:
-        """Return the errors of the main output that a set leaves at the samples that count."""
-        used, output = self.record.used, self.record.output
-        return [error[used[e][: len(error)]] for e, channel, error, _ in one.errors if channel == output]
-
-    def _settled(self, sets: Sequence[EffectSet], start: EffectSet) -> _Settled:
+    def _settled(self, sets: Sequence[EffectSet], start: EffectSet) -> tuple[tuple[Visited, ...], _Table]:
         """Rank under the noise model of the best set, beginning with that of a given one."""
         seen = [start]
         while True:
             if seen[-1] not in self._tables:
-                self._tables[seen[-1]] = _Table(noise_model(seen[-1].errors, self.record.used, self.base))
+                one = seen[-1]
+                noise = noise_of(self.record, self.base, one.fit, one.errors, one.boxes)
+                self._tables[one] = _Table(noise)
             table = self._tables[seen[-1]]
             ranked = self._ranked(sets, table)
             # A circle of best sets ends at the first that comes again.

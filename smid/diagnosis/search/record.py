@@ -61,5 +61,17 @@ class Record:
         return [r[u] for r, u in zip(residual, self.used, strict=True) if u.any()]
 
     def site(self, fit: Fit) -> Site:
-        """Return the site for effects."""
-        return Site(self.data, self.input, self.output, self.residual(fit))
+        """Return the site for effects; its residual bridges the samples that do not count."""
+        residual = tuple(bridged(r, u) if u.any() else r for r, u in zip(self.residual(fit), self.used, strict=True))
+        return Site(self.data, self.input, self.output, residual)
+
+
+def bridged(samples: Array, counted: Mask) -> Array:
+    """Return samples with straight lines across those that do not count.
+
+    Examples
+    --------
+    >>> bridged(np.array([1.0, 90.0, 3.0]), np.array([True, False, True]))
+    array([1., 2., 3.])
+    """
+    return np.interp(np.arange(samples.size), np.flatnonzero(counted), samples[counted])

@@ -3,17 +3,18 @@
 All sets ever fitted are kept with their merit (`smid.diagnosis.search.evidence`).  A set is *grown* by putting every
 effect on it, each time with a joint fit of everything from several starts.  Worth growing are
 
-1. of each size below that of the best set, the `WIDTH` best sets: the first effect found need not be one of several;
+1. the parts of the best set, which lack one of its effects: every other effect is tried in the place of each, before a
+   further one is added (Pudil, Novovicova and Kittler, Pattern Recognition Letters 15, 1994);
 2. the best set;
-3. its parts, the sets that lack one of its effects: every other effect is tried in the place of each;
+3. of each size below that of the best set, the `WIDTH` best sets: the first effect found need not be one of several;
 4. sets within `REACH` of it that are better than each of their parts.
 
 The parts are fitted with the best set, so that an effect that is not needed drops out. In the `WIDTH` sets of each step
 that fit best, each effect is put on anew beside the others, so that none keeps a variant that was the best alone. A
 variant that fits as well as the best is kept beside it: the next effect may tell them apart. The search ends where
-nothing is left to grow.  Eight numbers steer it: `WIDTH`, `MOST` effects in a set, `REACH`, `FOLDS` blocks left out in
-turn, `TAIL` degrees of freedom of the noise, `DISCREPANCY`, what laws may leave, `SCREEN`, what an effect has to
-promise, and `HALVING`, one in how many is fitted to the end.
+nothing is left to grow.  Nine numbers steer it: `WIDTH`, `MOST` effects in a set, `REACH`, `FOLDS` blocks left out in
+turn, `TAIL` degrees of freedom of the noise, `DISCREPANCY`, what laws may leave, `OFF`, by how much errors may exceed a
+noise bound, `SCREEN`, what an effect has to promise, and `HALVING`, one in how many is fitted to the end.
 """
 
 from __future__ import annotations
@@ -106,7 +107,7 @@ def search(
                 parts[best] = reduced(best, base, by_name, kept.sets)
                 kept.add(parts[best])
                 continue
-            worth = [*_widest(ranked), best, *parts[best], *(v.effects for v in _ahead_of_their_parts(ranked))]
+            worth = [*parts[best], best, *_widest(ranked), *(v.effects for v in _ahead_of_their_parts(ranked))]
             todo = next((s for s in worth if s.names not in grown and not s.detected and len(s.trials) < MOST), None)
             if todo is not None:
                 grown.add(todo.names)

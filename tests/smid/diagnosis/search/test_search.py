@@ -338,3 +338,12 @@ def test_a_base_bent_out_of_shape_does_not_hide_the_cause():
     diagnosis = look(record(u, w), ("sensor_bias", "extra_lag", "resonance"), OutputError(na=2, nb=2))
     assert "sensor_bias" in (*names(diagnosis), *diagnosis.alternatives)
     assert diagnosis.gain.rmse_after < 1.1 * BOUND / np.sqrt(3)
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_glitches_at_a_high_level_are_no_noise_that_grows_with_it(seed):
+    u = 1 + steps(seed, 600)
+    clean = lag(u)
+    y = clean + np.random.default_rng(seed).uniform(-0.01, 0.01, 600)
+    y[np.argsort(clean[:480])[-60::12]] += 0.3
+    assert names(look(record(u, y, bound=0.0), ("outliers", "multiplicative_noise"), noise_bound=0.01)) == ["outliers"]
