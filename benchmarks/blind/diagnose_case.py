@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from benchmarks.blind.cases import TEST, draw
 from benchmarks.blind.score import CaseResult
+
+if TYPE_CHECKING:
+    from smid.diagnosis.cause import Cause
 
 __all__ = ["KINDS", "diagnose_case"]
 
@@ -40,6 +45,7 @@ def diagnose_case(kind: str, seed: int, samples: int) -> CaseResult:
     ratio, message = float("nan"), ""
     probabilities: tuple[float, ...] = ()
     doubts: tuple[tuple[str, float], ...] = ()
+    in_other_words = 0
     try:
         bound = None if "withheld" in kind else case.noise_bound
         result = smid.diagnose(case.model, case.data, noise_bound=bound, certify=False, workers=1)
@@ -47,7 +53,8 @@ def diagnose_case(kind: str, seed: int, samples: int) -> CaseResult:
         verdict, message = "failed", f"{type(error).__name__}: {error}".replace("\n", " ").replace("|", "/")[:300]
     else:
         verdict = str(result.verdict)
-        named = tuple(str(cause.effect) for cause in result.causes)
+        named = tuple(_in_words_of(case.truth, cause) for cause in result.causes)
+        in_other_words = sum(cause.effect != name for cause, name in zip(result.causes, named, strict=True))
         probabilities = tuple(float(cause.confidence) for cause in result.causes)
         doubts = tuple(result.doubts.items())
         if result.causes:
@@ -58,5 +65,23 @@ def diagnose_case(kind: str, seed: int, samples: int) -> CaseResult:
     seconds = time.perf_counter() - started
     strength, place = case.strength, (case.plant, case.signal)
     return CaseResult(
-        kind, seed, case.truth, named, verdict, rivals, ratio, strength, *place, seconds, message, probabilities, doubts
+        kind,
+        seed,
+        case.truth,
+        named,
+        verdict,
+        rivals,
+        ratio,
+        strength,
+        *place,
+        seconds,
+        message,
+        probabilities,
+        doubts,
+        in_other_words,
     )
+
+
+def _in_words_of(truth: Sequence[str], cause: Cause) -> str:
+    """Return the name of a cause, or the hidden effect that the diagnosis says is the same equation."""
+    return next((name for name in (cause.effect, *cause.synonyms) if name in truth), cause.effect)

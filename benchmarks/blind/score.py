@@ -51,6 +51,8 @@ class CaseResult:
         Of what is named, in the same order.
     doubts : tuple of (str, float)
         What was weighed and not named, with its probability.
+    in_other_words : int
+        How many of the hidden effects in `named` the diagnosis gives as a second name of one equation.
     """
 
     kind: str
@@ -67,6 +69,7 @@ class CaseResult:
     message: str = ""
     probabilities: tuple[float, ...] = ()
     doubts: tuple[tuple[str, float], ...] = ()
+    in_other_words: int = 0
 
     @property
     def weighed(self) -> list[tuple[float, bool]]:
@@ -208,6 +211,7 @@ def markdown(results: Sequence[CaseResult], wall: float) -> str:
         "![Share of the effects that are there, by the probability that they are given](pictures/calibration.svg)",
         f"False alarms without a noise bound: {_share(withheld, right=False)}. "
         f"Verdict `ambiguous`: {sum(result.verdict == 'ambiguous' for result in results)} of {len(results)}. "
+        f"Right names that are given as a second name of one equation: {sum(r.in_other_words for r in results)}. "
         f"Time: {wall:.0f} s; per diagnosis median {np.median(seconds):.1f} s, longest {max(seconds):.1f} s.",
         "## By hidden effect",
         confusion(results),

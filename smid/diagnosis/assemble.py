@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from smid.diagnosis.cause import Cause, CauseParameter, Rival
+from smid.diagnosis.cause import SAME, Cause, CauseParameter, Rival
 from smid.diagnosis.effects.effect import Describe, Detection, Effect, Site
 from smid.diagnosis.search.compare import chance, rms, structure
 from smid.diagnosis.search.evidence import Evidence
@@ -116,8 +116,8 @@ def _why(name: str, behind: float, error: float, found: Posterior, one: Visited,
     chosen = _error(found.chosen, record)
     if name in found.alternatives:
         return "explains the data equally well"
-    if behind <= 0:
-        return "says the same in other words"
+    if one in found.synonyms or behind <= 0:
+        return SAME
     more = one.effects.fit.n_free - found.chosen.effects.fit.n_free
     if error * _LIKE < chosen:
         return "less likely under the noise of this record, although its error is smaller"

@@ -12,6 +12,9 @@ from smid.display.result import Part, Result, plain
 from smid.display.table import Table
 from smid.models import Model
 
+SAME = "says the same in other words"
+"""Of a rival that no experiment tells from the named effect: one equation has two names."""
+
 
 def percent(probability: float) -> str:
     """Return a probability as every result prints it: never 0 or 100 %, which no record gives.
@@ -145,6 +148,11 @@ class Cause(Result):
     parameters: tuple[CauseParameter, ...]
     rivals: tuple[Rival, ...]
     evidence: Mapping[str, float]
+
+    @property
+    def synonyms(self) -> tuple[str, ...]:
+        """Other names of the same equation: rivals that no experiment tells from this effect."""
+        return tuple(rival.effect for rival in self.rivals if rival.why == SAME)
 
     def __str__(self) -> str:
         own = self.evidence.get("fit_rmse_after", nan)

@@ -26,11 +26,12 @@ from relaxations.algebra.arrays import Array, Mask
 from smid.diagnosis.search.compare import rms
 from smid.diagnosis.search.noise_model import DISCREPANCY, NoiseModel, log_density, noise_model, weights
 from smid.diagnosis.search.record import FOLDS, Record
-from smid.diagnosis.search.within_bound import BLURS, OFF, WithinBound
+from smid.diagnosis.search.within_bound import OFF, WithinBound
 from smid.fitting.fit import Errors, Fit, Fitting
 
 _POLISHING = 4
 _WORTH = 0.1  # nats
+_BLURS = 8  # each twice the one before
 _DAMPING = (0.0, 0.1, 1.0, 10.0, 100.0)  # shares of the information
 
 
@@ -257,15 +258,19 @@ def noise_of(record: Record, base: Errors, fit: Fit, errors: Errors, boxes: Mapp
     noise, bound = noise_model(errors, record.used, base), record.noise_bound
     if bound is None:
         return noise
-    missed = rms([error[record.used[e][: len(error)]] for e, channel, error, _ in base if channel == record.output])
-    usual = float(np.hypot(OFF * bound, DISCREPANCY * missed))
+    left, missed = (
+        rms([error[record.used[e][: len(error)]] for e, channel, error, _ in some if channel == record.output])
+        for some in (errors, base)
+    )
+    discrepancy = DISCREPANCY * missed
+    least, usual = (float(np.hypot(OFF * bound, off)) for off in (min(discrepancy, left), discrepancy))
     choices = [
         replace(
             noise,
-            within={record.output: WithinBound(bound, share * bound)},
-            price=noise.price + 0.5 * (share * bound / usual) ** 2,
+            within={record.output: WithinBound(bound, blur)},
+            price=noise.price + 0.5 * (blur / usual) ** 2,
         )
-        for share in BLURS
+        for blur in (least * 2.0**k for k in range(_BLURS))
     ]
     return max(choices, key=lambda one: evidence(record, one, fit, boxes).value - one.price)
 

@@ -41,12 +41,15 @@ class Posterior:
         Where ambiguous, the effects of which one is there, likeliest first; otherwise none.
     doubts
         Effects that are neither named nor alternatives, likeliest first.
+    synonyms
+        Sets that say the same as the chosen one, with another name for one of its effects.
     """
 
     chosen: Visited
     probability: Mapping[str, float]
     alternatives: tuple[str, ...]
     doubts: tuple[str, ...]
+    synonyms: tuple[Visited, ...]
 
 
 def posterior(visited: Sequence[Visited], same: Same) -> Posterior:
@@ -59,7 +62,7 @@ def posterior(visited: Sequence[Visited], same: Same) -> Posterior:
     >>> posterior(sets, lambda first, second: False).chosen.names
     ('lag',)
     """
-    visited = _without_synonyms(visited, same)
+    visited, synonyms = _without_synonyms(visited, same)
     weights = shares(visited)
     held = [_elements(v.names) for v in visited]
     everything = dict.fromkeys(one for elements in held for one in elements)
@@ -76,6 +79,7 @@ def posterior(visited: Sequence[Visited], same: Same) -> Posterior:
         {name: p for (name, place), p in probability.items() if place == 0},
         tuple(dict.fromkeys(name for name, _ in alternatives)),
         tuple(dict.fromkeys(name for name, _ in others if (name, 0) not in {*named, *alternatives})),
+        tuple(one for one, better in synonyms if better is chosen),
     )
 
 
@@ -103,13 +107,16 @@ def _alternatives(
     return ()
 
 
-def _without_synonyms(visited: Sequence[Visited], same: Same) -> list[Visited]:
-    """Leave out sets that say the same as a better one with another name for one of its effects."""
+def _without_synonyms(visited: Sequence[Visited], same: Same) -> tuple[list[Visited], list[tuple[Visited, Visited]]]:
+    """Split off the sets that say the same as a better one with another name for one effect, each with that one."""
     kept: list[Visited] = []
-    weights = shares(visited)
-    for one, weight in zip(visited, weights, strict=True):
+    found: list[tuple[Visited, Visited]] = []
+    for one, weight in zip(visited, shares(visited), strict=True):
         own = Counter(one.names)
         swapped = (v for v in kept if len(v.names) == len(one.names) and (Counter(v.names) - own).total() == 1)
-        if weight < DOUBTED / 10 or not any(same(v, one) for v in swapped):
+        better = next((v for v in swapped if same(v, one)), None) if weight >= DOUBTED / 10 else None
+        if better is None:
             kept.append(one)
-    return kept
+        else:
+            found.append((one, better))
+    return kept, found

@@ -6,8 +6,9 @@ past tells a mean m and a deviation s of the error e, its density is
 .. math:: p(e) \propto t((e - m) / s)\, P(|e - r| \le b),\qquad r \sim N(0, \beta^2),
 
 divided by its integral over e, that of a normal density in the place of t. The *blur* :math:`\beta` belongs to the
-record, as the noise model does: with that of `BLURS` the best set predicts best. Laws are off by a few per cent of what
-they explain, so a blur has its price: by all of the base model's error, 50 nats.
+record, as the noise model does: the best set predicts best with it. It is no less than what fitted numbers are off by,
+`OFF` of the bound, and the discrepancy of laws (`smid.diagnosis.search.noise_model`). A larger one has a price, because
+laws are off by a few per cent of what they explain: a blur as large as the base model's error costs 50 nats.
 """
 
 from __future__ import annotations
@@ -19,11 +20,8 @@ from scipy.special import log_ndtr
 
 from relaxations.algebra.arrays import Array
 
-OFF = 0.3
+OFF = 0.1
 """What fitted numbers are off by, as a share of the noise bound."""
-
-BLURS = tuple(OFF * 2.0**k for k in range(9))
-"""Shares of the noise bound."""
 
 _LOG_ROOT = 0.5 * float(np.log(2 * np.pi))
 

@@ -44,6 +44,7 @@ def test_one_equation_under_two_names_is_no_ambiguity():
     found = posterior(sets(none=0.0, lag=30.0, delay=29.5), lambda _first, _second: True)
     assert found.alternatives == ()
     assert found.chosen.names == ("lag",)
+    assert [one.names for one in found.synonyms] == [("delay",)]
 
 
 def test_a_further_effect_that_is_likelier_than_not_stays_in_doubt():
