@@ -24,8 +24,9 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array, Mask
 from smid.diagnosis.search.compare import rms
-from smid.diagnosis.search.noise_model import DISCREPANCY, NoiseModel, log_density, noise_model, weights
+from smid.diagnosis.search.noise_model import DISCREPANCY, NoiseModel, noise_model
 from smid.diagnosis.search.record import FOLDS, Record
+from smid.diagnosis.search.student import log_density, weights
 from smid.diagnosis.search.within_bound import OFF, WithinBound
 from smid.fitting.fit import Errors, Fit, Fitting
 
@@ -95,7 +96,7 @@ class _Seen:
 
     @property
     def is_finite(self) -> bool:
-        return all(np.isfinite(p.innovations).all() and np.isfinite(p.slopes).all() for p in self.parts)
+        return all(np.isfinite(p.likelihood).all() and np.isfinite(p.slopes).all() for p in self.parts)
 
     @property
     def count(self) -> int:

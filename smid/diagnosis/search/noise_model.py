@@ -21,10 +21,10 @@ import numpy as np
 from relaxations.algebra.arrays import Array, Mask
 from smid.diagnosis.evidence.autoregression import LARGEST_ORDER, autocovariance, levinson
 from smid.diagnosis.search.record import bridged
+from smid.diagnosis.search.student import weights
 from smid.diagnosis.search.within_bound import WithinBound
 from smid.fitting.fit import Errors
 
-TAIL = 10.0
 DISCREPANCY = 0.1
 """What laws that are only nearly right may leave of the error of the base model, as a share of it."""
 
@@ -118,13 +118,3 @@ def _autocovariance(parts: _Bridged) -> Array:
     """Return the autocovariance of errors whose mean ought to be zero."""
     n, lags = sum(e.size for e, _ in parts), min(LARGEST_ORDER, min(e.size for e, _ in parts) // 10)
     return sum((autocovariance(e, lags, 0.0) * (e.size / n) for e, _ in parts), np.zeros(lags + 1))
-
-
-def weights(innovations: Array) -> Array:
-    """Return the weights by which least squares becomes the likelihood of the Student distribution."""
-    return (TAIL + 1) / (TAIL + innovations**2)
-
-
-def log_density(innovations: Array) -> Array:
-    """Return the log density of each innovation, up to a constant."""
-    return -0.5 * (TAIL + 1) * np.log1p(innovations**2 / TAIL)

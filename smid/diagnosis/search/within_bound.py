@@ -5,10 +5,11 @@ past tells a mean m and a deviation s of the error e, its density is
 
 .. math:: p(e) \propto t((e - m) / s)\, P(|e - r| \le b),\qquad r \sim N(0, \beta^2),
 
-divided by its integral over e, that of a normal density in the place of t. The *blur* :math:`\beta` belongs to the
-record, as the noise model does: the best set predicts best with it. It is no less than what fitted numbers are off by,
-`OFF` of the bound, and the discrepancy of laws (`smid.diagnosis.search.noise_model`). A larger one has a price, because
-laws are off by a few per cent of what they explain: a blur as large as the base model's error costs 50 nats.
+divided by the probability that an error of deviation :math:`(s^2 + \beta^2)^{1/2}` keeps the bound, which is all but
+its integral over e. The *blur* :math:`\beta` belongs to the record, as the noise model does: the best set predicts best
+with it. It is no less than what fitted numbers are off by, `OFF` of the bound, and the discrepancy of laws
+(`smid.diagnosis.search.noise_model`). A larger one has a price, because laws are off by a few per cent of what they
+explain: a blur as large as the base model's error costs 50 nats.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from relaxations.algebra.arrays import Array
+from smid.diagnosis.search.student import log_probability
 
 OFF = 0.1
 """What fitted numbers are off by, as a share of the noise bound."""
@@ -43,7 +45,8 @@ class WithinBound:
         deviation
             Of the errors from what is expected.
         """
-        possible = _log_probability(expected, self.bound, np.hypot(self.blur, deviation))
+        size, spread = np.abs(expected), np.hypot(self.blur, deviation)
+        possible = log_probability((-self.bound - size) / spread, (self.bound - size) / spread)
         return _log_probability(errors, self.bound, self.blur) - possible
 
     def slopes(self, errors: Array) -> tuple[Array, Array]:

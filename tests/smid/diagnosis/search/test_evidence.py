@@ -8,8 +8,9 @@ import pytest
 from smid import OutputError
 from smid.diagnosis.effects import sensor_bias
 from smid.diagnosis.search.evidence import bound_of_evidence, evidence
-from smid.diagnosis.search.noise_model import DISCREPANCY, NoiseModel, log_density, noise_model, weights
+from smid.diagnosis.search.noise_model import DISCREPANCY, NoiseModel, noise_model
 from smid.diagnosis.search.record import FOLDS, Record
+from smid.diagnosis.search.student import log_density, weights
 from smid.diagnosis.search.trial import fitted_base, try_effect
 from tests.smid.diagnosis.lag_records import LAG, lag, record, steps
 
