@@ -22,7 +22,6 @@ from relaxations.solvers import ConicSolution, Solver, Stop, attempts, solve
 
 DIVERGING = 1e6  # duals of scaled problems beyond this hint at an empty set
 CLOSE = 1e-6
-SHARE = 0.2  # of what counts as close: a thinner certificate may lose so much
 NOTHING = Polynomials.from_terms([{}])
 
 
@@ -49,11 +48,11 @@ class Relaxed:
     program: ConicProgram
     solver: Solver
 
-    def bound(self, objective: Polynomials, close: float = CLOSE) -> CertifiedBound:
+    def bound(self, objective: Polynomials, close: float = CLOSE, loss: float = 0.0) -> CertifiedBound:
         """Return the certified lower bound of an objective, one row in the problem's own variables.
 
         No other solver or setting is tried where the bound loses less than ``close`` times the scaled coefficients. A
-        long certificate may lose a fifth of that again, so that it holds fewer numbers.
+        long certificate may lose ``loss`` in the objective's unit, so that it holds fewer numbers.
         """
         scaled = self.scaling.polynomials(objective)
         cost = np.zeros(self.relaxation.n_moments)
@@ -76,7 +75,7 @@ class Relaxed:
                 value = cost @ solution.moments
             if best.bound >= value - close * size:
                 break
-        return replace(self._thinned(scaled, best, close * size), status="; ".join(tried))
+        return replace(self._thinned(scaled, best, loss), status="; ".join(tried))
 
     def _certified(self, objective: Polynomials, solution: ConicSolution, unit: float) -> CertifiedBound:
         """Return the bound that a solution of the objective over ``unit`` proves, in the scaled variables."""
@@ -94,12 +93,12 @@ class Relaxed:
         point = self.scaling.recover(self.relaxation.first_order(solution.moments))
         return CertifiedBound(proof.bound, proof, solution.status, point, solution.moments)
 
-    def _thinned(self, objective: Polynomials, found: CertifiedBound, close: float) -> CertifiedBound:
+    def _thinned(self, objective: Polynomials, found: CertifiedBound, loss: float) -> CertifiedBound:
         """Return the bound of a thinner certificate; the proof that a set is empty need only stay above zero."""
         if found.certificate is None:
             return found
         empty = found.bound == np.inf
-        subject, loss = (NOTHING, 0.5 * found.certificate.bound) if empty else (objective, SHARE * close)
+        subject, loss = (NOTHING, 0.5 * found.certificate.bound) if empty else (objective, loss)
         thin = thinned(self.relaxation, subject, found.certificate, loss)
         return replace(found, certificate=thin, bound=np.inf if empty else thin.bound)
 

@@ -34,7 +34,7 @@ from relaxations.search.plan import Plan
 from relaxations.search.tightener import BOXES
 from relaxations.solvers import Solver
 
-BLOCKS, LENGTHS = 4, (25, 250)  # so many blocks of equalities, first short ones, are tried before all of them
+BLOCKS, LENGTHS = 4, (12, 250)  # so many blocks of equalities, first short ones, are tried before all of them
 LONG = 6  # times the length of a block: of fewer equalities blocks are most
 ROUGH = 0.5  # of the width that is left of the scale: a box twice as large as it need be will do
 

@@ -10,6 +10,9 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array, Index
 from relaxations.deadline import STOPS, Progress, stopped_by
+from relaxations.moments.parametric_lift import complicating_variables
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.method import Cuts
 from relaxations.search.enclosure import Enclosure, Reason
 from smid.data import DataError, Dataset
 from smid.data.window import Window, cut_all, windows_before
@@ -38,6 +41,9 @@ LONG = 1000
 
 MOST, MOST_NOISY = 20_000, 5000
 """Samples of all windows together, and those where inputs are noisy: beyond, a proof takes minutes."""
+
+_FEW = 600
+"""Noises of which cuts alone bound all parameters of several poles sooner, and in shorter files, than the lift."""
 
 _SHARE = 0.5  # of the record: larger windows gain nothing
 _GROWTHS = 3  # of the windows, each twice as long
@@ -134,7 +140,10 @@ class Windowed:
         data = cut_all(self.data, windows) if windows else self.data
         # One half of the tolerance is for the proof, the other for what windows leave open.
         settings = replace(self.settings, tolerance=self.settings.tolerance / 2)
-        self._inner = Polynomial(FeasibleSet(self.model, data, self.bounds), settings, self.kept)
+        feasible = FeasibleSet(self.model, data, self.bounds)
+        if windows and _suits_cuts(feasible.problem):
+            settings = replace(settings, method=Cuts.name)
+        self._inner = Polynomial(feasible, settings, self.kept)
         self._windows = windows
         self._say(f"proof on {data.n_samples} of {self.data.n_samples} samples")
         return replace(self._inner.enclose(), windows=windows)
@@ -175,3 +184,9 @@ class Windowed:
         status = centre_status(problem, enclosure, plan, self.settings.solver)
         # What fits the windows may not fit the whole record.
         return CentreStatus.UNDECIDED if status is CentreStatus.FEASIBLE else status, nearest_witness(enclosure)
+
+
+def _suits_cuts(problem: PolynomialProblem) -> bool:
+    """Return whether cuts alone serve: few noises, and more than the one pole for which the lift is exact."""
+    few = complicating_variables(problem)
+    return few is not None and len(few) > 1 and problem.n_variables <= _FEW
