@@ -263,7 +263,7 @@ def _rows(places: Index) -> list[_Row]:
 
 def _carrying(weights: Array) -> NDArray[np.bool_]:
     """Return which multipliers count beside the largest one of their cut."""
-    return weights > _CARRIES * weights.max(axis=-1, keepdims=True, initial=1e-300)
+    return np.asarray(weights > _CARRIES * weights.max(axis=-1, keepdims=True, initial=1e-300))
 
 
 def _holding(experiment: int, part: Part) -> Index:

@@ -29,7 +29,8 @@ from smid.identification.encloser import (
     with_inner_ends,
 )
 from smid.identification.estimate import CentreStatus
-from smid.identification.polynomial import Polynomial, centre_status
+from smid.identification.piecewise import TOLERANCE, Piecewise
+from smid.identification.polynomial import Polynomial
 from smid.identification.windows.free_runs import FreeRuns
 from smid.identification.windows.noise_programs import NoisePrograms
 from smid.identification.windows.search import Search
@@ -39,8 +40,8 @@ from smid.models import Model
 LONG = 1000
 """Samples from which windows are the default."""
 
-MOST, MOST_NOISY = 20_000, 5000
-"""Samples of all windows together, and those where inputs are noisy: beyond, a proof takes minutes."""
+MOST, MOST_NOISY, MOST_PIECEWISE = 20_000, 5000, 400
+"""Samples of all windows together, those where inputs are noisy, and with kinks: beyond, a proof takes minutes."""
 
 _FEW = 600
 """Noises of which cuts alone bound all parameters of several poles sooner, and in shorter files, than the lift."""
@@ -72,8 +73,12 @@ class Windowed:
         self.model, self.data, self.bounds, self.settings, self.kept = model, data, bounds, settings, kept
         self._windows: tuple[Window, ...] = ()
         self._whole = WholeRecord(Templates.of(model), data)
+        self._most = MOST_NOISY if inputs_are_noisy(model) else MOST
+        if self._whole.templates.hinges:
+            self._most = MOST_PIECEWISE
+            self.settings = replace(settings, tolerance=max(settings.tolerance, 2 * TOLERANCE))
         self._lag = max(line.max_lag for line in self._whole.templates.lines)
-        self._inner: Polynomial | None = None
+        self._inner: Polynomial | Piecewise | None = None
         self._search: Search | None = None
         self._fitting: tuple[Array, ...] = ()  # parameters that are verified to fit all samples
         self._say: Progress = settings.progress or (lambda _: None)
@@ -125,10 +130,9 @@ class Windowed:
         """Return windows of at most so many samples, and whether they are shorter than asked; none for all samples."""
         # Samples before the first equation are read by it.
         places, asked = np.maximum(places, [0, self._lag]), length
-        most = MOST_NOISY if inputs_are_noisy(self.model) else MOST
-        while sum(map(len, windows := windows_before(places, length))) > most and length > 1:
+        while sum(map(len, windows := windows_before(places, length))) > self._most and length > 1:
             length //= 2
-        if self.data.n_samples <= most and sum(map(len, windows)) > _SHARE * self.data.n_samples:
+        if self.data.n_samples <= self._most and sum(map(len, windows)) > _SHARE * self.data.n_samples:
             return (), False
         return windows, length < asked
 
@@ -141,9 +145,9 @@ class Windowed:
         # One half of the tolerance is for the proof, the other for what windows leave open.
         settings = replace(self.settings, tolerance=self.settings.tolerance / 2)
         feasible = FeasibleSet(self.model, data, self.bounds)
-        if windows and _suits_cuts(feasible.problem):
+        if windows and not feasible.openings and _suits_cuts(feasible.problem):
             settings = replace(settings, method=Cuts.name)
-        self._inner = Polynomial(feasible, settings, self.kept)
+        self._inner = (Piecewise if feasible.openings else Polynomial)(feasible, settings, self.kept)
         self._windows = windows
         self._say(f"proof on {data.n_samples} of {self.data.n_samples} samples")
         return replace(self._inner.enclose(), windows=windows)
@@ -180,8 +184,7 @@ class Windowed:
         assert self._search is not None
         if self._search.fits({i.name: i.centre for i in enclosure.intervals}):
             return CentreStatus.FEASIBLE, None
-        problem, plan = self._inner.boxed.feasible.problem, self._inner.plan
-        status = centre_status(problem, enclosure, plan, self.settings.solver)
+        status = self._inner.status(enclosure)
         # What fits the windows may not fit the whole record.
         return CentreStatus.UNDECIDED if status is CentreStatus.FEASIBLE else status, nearest_witness(enclosure)
 
