@@ -39,6 +39,16 @@ def check_writable(path: str | PathLike[str]) -> None:
         raise OSError(f"cannot write {target}: {error.strerror} in {folder}; choose another path") from None
 
 
+def hexadecimal(value: float) -> str:
+    """Return a float in hexadecimal, exactly, without the zeros at its end.
+
+    >>> hexadecimal(0.75), hexadecimal(-0.1), hexadecimal(0.0)
+    ('0x1.8p-1', '-0x1.999999999999ap-4', '0x0p+0')
+    """
+    digits, _, exponent = float(value).hex().partition("p")
+    return f"{digits.rstrip('0').rstrip('.') if '.' in digits else digits}p{exponent}"
+
+
 def write_text(path: str | PathLike[str], text: str) -> Path:
     """Write text in UTF-8 through a temporary file, so that no reader sees half of it; return the path.
 

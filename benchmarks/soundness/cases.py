@@ -22,6 +22,7 @@ from smid import Dataset, ErrorsInVariables, Hammerstein, Model, OutputError
 SMOOTH, PIECEWISE, MIXED = random_problems.KINDS, piecewise_problems.KINDS, mixed_problems.KINDS
 CURVES, HIDDEN = curve_problems.KINDS, hidden_problems.KINDS
 SPOILT = ("output error 1", "hammerstein")
+LONG = (*SMOOTH, "dead zone", "saturation")  # kinds that windows apply to
 KINDS = (*SMOOTH, *PIECEWISE, *MIXED, *CURVES)
 STATIC = ("dead zone", "two-sided dead zone", "saturation", "gap and limit", "relay", "hammerstein, hinge")
 LEVELS = 4
@@ -73,7 +74,7 @@ def new_case(feasible: bool, seed: int) -> Case:
     """Draw a set for windows, of a noisy curve, of a hidden state or with outliers, in turn."""
     later = seed // 4
     if seed % 4 == 0:
-        return _long(feasible, seed, SMOOTH[later % len(SMOOTH)])
+        return _long(feasible, seed, LONG[later % len(LONG)])
     if seed % 4 == 1:
         kind = CURVES[later % len(CURVES)]
         return drawn(kind, seed, 0) if feasible else _curve_outlier(seed, kind)
@@ -83,9 +84,14 @@ def new_case(feasible: bool, seed: int) -> Case:
 
 
 def _long(feasible: bool, seed: int, kind: str) -> Case:
-    """Return a set of a smooth model with hundreds of samples, which windows apply to."""
-    plain = random_problems.random_problem(seed, kind, int(np.random.default_rng([seed, 4]).integers(200, 500)))
-    case = Case(kind, "feasible", plain.model, plain.data, plain.noise_bound, plain.truth)
+    """Return a set with hundreds of samples, which windows apply to."""
+    n = int(np.random.default_rng([seed, 4]).integers(200, 500))
+    if kind in PIECEWISE:
+        found = piecewise_problems.piecewise_problem(kind, seed, n)
+        case = Case(kind, "feasible", found.model, found.data, {"y": found.noise_bound}, found.truth)
+    else:
+        plain = random_problems.random_problem(seed, kind, n)
+        case = Case(kind, "feasible", plain.model, plain.data, plain.noise_bound, plain.truth)
     return case if feasible else _outlier(_boxed(case), seed)
 
 

@@ -39,8 +39,8 @@ def check_case(feasible: bool, seed: int, method: str = "auto") -> CaseResult:
 
 
 def check_new(feasible: bool, seed: int) -> CaseResult:
-    """Draw a case of the kinds behind ``--new``; windows prove records of a hundred samples."""
-    windowed.LONG = 100
+    """Draw a case of the kinds behind ``--new``; windows prove records of a hundred samples, however many they hold."""
+    windowed.LONG, windowed._SHARE, windowed.MOST_PIECEWISE = 100, 1.0, 100
     case = new_case(feasible, seed)
     return _judged(case, seed, tolerance=0.1 if case.outliers or case.kind in CURVES else 1e-2, outliers=case.outliers)
 

@@ -124,6 +124,23 @@ class Balls:
         """Return an upper bound, rounded up."""
         return np.nextafter(self.mid + self.rad, np.inf)
 
+    def positive_part(self) -> Balls:
+        """Return what ``max(0, x)`` may be, elementwise."""
+        low, high = np.maximum(self.lower, 0.0), np.maximum(self.upper, 0.0)
+        half = np.nextafter(0.5 * (high - low), np.inf)
+        rounded = EPSILON * high  # of the middle, and of the differences
+        hull = Balls(0.5 * low + 0.5 * high, half + 4 * rounded + TINY)
+        keep, zero = self.lower >= 0, self.upper <= 0
+        return Balls(
+            np.where(zero, 0.0, np.where(keep, self.mid, hull.mid)),
+            np.where(zero, 0.0, np.where(keep, self.rad, hull.rad)),
+        )
+
+    def sign(self) -> Balls:
+        """Return what the sign of x may be, elementwise: anything from -1 to 1 where x may be zero."""
+        side = np.where(self.lower > 0, 1.0, np.where(self.upper < 0, -1.0, 0.0))
+        return Balls(side, np.where(side == 0, 1.0, 0.0))
+
     def segment_sum(self, segment: Index, n_segments: int) -> Balls:
         """Return the sums of the entries with the same ``segment`` number, one ball for each of ``n_segments``."""
         mid = np.asarray(np.bincount(segment, self.mid, n_segments), dtype=np.float64)

@@ -25,6 +25,7 @@ from relaxations.algebra.arrays import Array
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.errors import ProblemError
 from relaxations.moments.moment import Blocks, Relaxation
+from relaxations.writing import hexadecimal
 
 Monomial = tuple[int, ...]
 Terms = dict[Monomial, float]
@@ -143,7 +144,8 @@ def product_multipliers(
         for number, first in enumerate(_first_rows(blocks, monomials)):
             # The first diagonal entry g b_0^2 identifies g, and the first row the basis b.
             form = _form(first[0])
-            if form is None or not stack[number].any():
+            used = stack[number].any(axis=0)
+            if form is None or not used.any():
                 continue
             for label, square, exponent in table.find(form):
                 root = _root(square)
@@ -154,7 +156,9 @@ def product_multipliers(
                             "of": list(label),
                             "weight": _scaled(1.0, exponent),
                             "basis": basis,
-                            "factor": [[value.hex() for value in row] for row in stack[number].tolist()],
+                            "factor": [
+                                [hexadecimal(value) for value in row] for row in stack[number][:, used].tolist()
+                            ],
                         }
                     )
                     break
@@ -263,4 +267,4 @@ def _scaled(value: float, exponent: int) -> str:
         nearest = float(exact)
     except OverflowError:
         return str(exact)
-    return nearest.hex() if Fraction(nearest) == exact else str(exact)
+    return hexadecimal(nearest) if Fraction(nearest) == exact else str(exact)

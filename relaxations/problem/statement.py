@@ -8,13 +8,14 @@ import numpy as np
 
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
+from relaxations.writing import hexadecimal
 
 
 def statement(problem: PolynomialProblem) -> dict[str, Any]:
     """Return ``variables``, ``box``, ``equalities`` and ``inequalities`` of a problem, ready for JSON."""
 
     def end(value: float) -> str | None:
-        return float(value).hex() if np.isfinite(value) else None
+        return hexadecimal(value) if np.isfinite(value) else None
 
     return {
         "variables": list(problem.names),
@@ -26,4 +27,7 @@ def statement(problem: PolynomialProblem) -> dict[str, Any]:
 
 def listed(polynomials: Polynomials) -> list[list[list[Any]]]:
     """Return ``[coefficient, radius, variables]`` for each term of each polynomial, numbers in hexadecimal."""
-    return [[[mid.hex(), rad.hex() if rad else 0, factor] for mid, rad, factor in row] for row in polynomials.terms()]
+    return [
+        [[hexadecimal(mid), hexadecimal(rad) if rad else 0, factor] for mid, rad, factor in row]
+        for row in polynomials.terms()
+    ]

@@ -16,11 +16,13 @@ from relaxations.moments.parametric_lift import degrees_in
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.certificate import Certificate, certify
 from relaxations.proof.method import Method, Order, relaxation_method
+from relaxations.proof.thinned import thinned
 from relaxations.reductions.scaling import Scaling
 from relaxations.solvers import ConicSolution, Solver, Stop, attempts, solve
 
 DIVERGING = 1e6  # duals of scaled problems beyond this hint at an empty set
 CLOSE = 1e-6
+NOTHING = Polynomials.from_terms([{}])
 
 
 @dataclass(frozen=True)
@@ -46,10 +48,11 @@ class Relaxed:
     program: ConicProgram
     solver: Solver
 
-    def bound(self, objective: Polynomials, close: float = CLOSE) -> CertifiedBound:
+    def bound(self, objective: Polynomials, close: float = CLOSE, loss: float = 0.0) -> CertifiedBound:
         """Return the certified lower bound of an objective, one row in the problem's own variables.
 
-        No other solver or setting is tried where the bound loses less than ``close`` times the scaled coefficients.
+        No other solver or setting is tried where the bound loses less than ``close`` times the scaled coefficients. A
+        long certificate may lose ``loss`` in the objective's unit, so that it holds fewer numbers.
         """
         scaled = self.scaling.polynomials(objective)
         cost = np.zeros(self.relaxation.n_moments)
@@ -72,7 +75,7 @@ class Relaxed:
                 value = cost @ solution.moments
             if best.bound >= value - close * size:
                 break
-        return replace(best, status="; ".join(tried))
+        return replace(self._thinned(scaled, best, loss), status="; ".join(tried))
 
     def _certified(self, objective: Polynomials, solution: ConicSolution, unit: float) -> CertifiedBound:
         """Return the bound that a solution of the objective over ``unit`` proves, in the scaled variables."""
@@ -82,13 +85,22 @@ class Relaxed:
         if largest > 0 and (solution.stop is Stop.INFEASIBLE or largest > DIVERGING):
             # A ray of the dual proves emptiness at any length: at unit length it neither drowns nor overflows.
             ray = multipliers(self.relaxation, self.program, solution.dual / largest)
-            proof = certify(self.relaxation, Polynomials.from_terms([{}]), ray)
+            proof = certify(self.relaxation, NOTHING, ray)
             if proof.bound > 0:
                 return CertifiedBound(np.inf, proof, solution.status)
         dual = multipliers(self.relaxation, self.program, solution.dual * unit)
         proof = certify(self.relaxation, objective, dual)
         point = self.scaling.recover(self.relaxation.first_order(solution.moments))
         return CertifiedBound(proof.bound, proof, solution.status, point, solution.moments)
+
+    def _thinned(self, objective: Polynomials, found: CertifiedBound, loss: float) -> CertifiedBound:
+        """Return the bound of a thinner certificate; the proof that a set is empty need only stay above zero."""
+        if found.certificate is None:
+            return found
+        empty = found.bound == np.inf
+        subject, loss = (NOTHING, 0.5 * found.certificate.bound) if empty else (objective, loss)
+        thin = thinned(self.relaxation, subject, found.certificate, loss)
+        return replace(found, certificate=thin, bound=np.inf if empty else thin.bound)
 
     def variances(self, certified: CertifiedBound) -> Array:
         """Return ``L(t^2) - L(t)^2`` of each scaled variable, shape (n_variables,): NaN where it has no such moment.

@@ -14,6 +14,7 @@ from relaxations.errors import ProblemError
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.problem.statement import listed
 from relaxations.proof.proof_steps import Kinks, Reach
+from relaxations.writing import hexadecimal
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ class Places:
             kinds = {"equalities": (place.equalities, parts[0]), "inequalities": (place.inequalities, parts[1])}
             self.cuts.append(
                 {
-                    kind: [[rows[k], float(own[k]).hex()] for k in np.flatnonzero(own)]
+                    kind: [[rows[k], hexadecimal(own[k])] for k in np.flatnonzero(own)]
                     for kind, (rows, own) in kinds.items()
                 }
             )

@@ -26,6 +26,7 @@ from relaxations.proof.proof_steps import (
     Sides,
     Step,
 )
+from relaxations.writing import hexadecimal
 
 
 def written_step(step: Step, places: Places) -> dict[str, Any]:
@@ -128,7 +129,7 @@ def _cut(step: Cut, places: Places) -> dict[str, Any]:
         "bound": float(step.bound).hex(),
         "outer": place.monomial(step.outer.tolist()),
         "weights": [
-            [places.number_of_cut(place, own), float(weight).hex()]
+            [places.number_of_cut(place, own), hexadecimal(weight)]
             for own, weight in zip(step.multipliers, step.weights, strict=True)
         ],
     }
@@ -180,7 +181,7 @@ def _map(centre: Array, scale: Array, place: Place) -> dict[str, list[str]]:
     """Return the map ``x = centre + scale t`` of a step over all variables of the file."""
     whole = {"centre": np.zeros(place.n_variables), "scale": np.ones(place.n_variables)}
     whole["centre"][place.variables], whole["scale"][place.variables] = centre, scale
-    return {key: [float(v).hex() for v in values] for key, values in whole.items()}
+    return {key: [hexadecimal(v) for v in values] for key, values in whole.items()}
 
 
 def _bound(step: Bound, place: Place) -> dict[str, Any]:

@@ -34,7 +34,8 @@ from relaxations.search.plan import Plan
 from relaxations.search.tightener import BOXES
 from relaxations.solvers import Solver
 
-LONG, BLOCKS, BLOCK = 1500, 4, 250  # equalities: of more, so many blocks of so many are tried first
+BLOCKS, LENGTHS = 4, (12, 250)  # so many blocks of equalities, first short ones, are tried before all of them
+LONG = 6  # times the length of a block: of fewer equalities blocks are most
 ROUGH = 0.5  # of the width that is left of the scale: a box twice as large as it need be will do
 
 
@@ -82,14 +83,26 @@ def derive_box(
     if not len(loose):
         return DerivedBox(problem, (), ())
     # A part of a long problem often suffices: fewer constraints only enlarge the set.
-    if problem.equalities.n_rows > LONG:
-        left = _part(problem, loose)
+    for length in (length for length in LENGTHS if problem.equalities.n_rows > LONG * length):
+        left = _part(problem, loose, length)
         part, _ = problem.without(np.setdiff1d(np.arange(problem.n_variables), left))
-        found = derive_box(part, magnitude[left], solver, progress, record)
+        found = _derived(part, np.searchsorted(left, loose), magnitude[left], solver, progress, record)
         if not found.unbounded:
             lower, upper = problem.lower.copy(), problem.upper.copy()
             lower[left], upper[left] = found.problem.lower, found.problem.upper
             return replace(found, problem=problem.with_box(lower, upper))
+    return _derived(problem, loose, magnitude, solver, progress, record)
+
+
+def _derived(
+    problem: PolynomialProblem,
+    loose: Index,
+    magnitude: Array,
+    solver: Solver,
+    progress: Progress | None,
+    record: Recorder | None,
+) -> DerivedBox:
+    """Prove a finite box for the loose variables from all constraints of a problem."""
     # Multiply the rows by s; those that are not affine in the loose variables together are left out.
     names = tuple(problem.names[k] for k in loose)
     kept = [_jointly_affine(family, loose) for family in (problem.equalities, problem.inequalities)]
@@ -125,10 +138,10 @@ def derive_box(
     return DerivedBox(problem.with_box(lower, upper), names, ())
 
 
-def _part(problem: PolynomialProblem, loose: Index) -> Index:
+def _part(problem: PolynomialProblem, loose: Index, length: int) -> Index:
     """Return the variables of some equalities, blocks of successive ones evenly over all, and the unbounded ones."""
-    starts = np.linspace(0, problem.equalities.n_rows - BLOCK, BLOCKS).astype(np.int64)
-    rows = np.unique(starts[:, None] + np.arange(BLOCK))
+    starts = np.linspace(0, problem.equalities.n_rows - length, BLOCKS).astype(np.int64)
+    rows = np.unique(starts[:, None] + np.arange(length))
     return np.union1d(problem.equalities.take(rows).occurring(), loose)
 
 

@@ -24,6 +24,7 @@ from relaxations.search.tightener import Task
 WORTH_STAYING = 0.5  # a round at a lower order that takes less off every width than this leads to the next order
 STALLED = 0.01
 LARGE = 10  # moments for each variable
+THINNER = 0.1  # of the tolerated gap: a shorter certificate may lose so much
 
 
 def by_rounds(task: Task, ends: Ends) -> Reason | None:
@@ -59,7 +60,7 @@ def _round(task: Task, ends: Ends, relaxed: Relaxed, watched: Sequence[int]) -> 
         if ends.lower[k] < ends.upper[k] and not (k in task.targets and task.witnesses and ends.end_tight(k, sign))
     )
     # What a solver loses shrinks with the box, so it need not be small beside the gap before the last round.
-    bound = partial(_bound, problem, relaxed, max(CLOSE, 0.1 * ends.tolerance))
+    bound = partial(_bound, problem, relaxed, ends)
     # Beside a large relaxation the linear programs of a witness cost little.
     large = relaxed.relaxation.n_moments > LARGE * problem.n_variables
     for (k, sign), certified in map_in_time(task.executor, bound, open_ends):
@@ -85,10 +86,12 @@ def _round(task: Task, ends: Ends, relaxed: Relaxed, watched: Sequence[int]) -> 
 
 
 def _bound(
-    problem: PolynomialProblem, relaxed: Relaxed, close: float, end: tuple[int, int]
+    problem: PolynomialProblem, relaxed: Relaxed, ends: Ends, end: tuple[int, int]
 ) -> tuple[tuple[int, int], CertifiedBound]:
-    """Bound one end; a function of its own, so that a process can run it."""
-    return end, relaxed.bound(problem.variable(*end), close)
+    """Bound one end."""
+    low, high = ends.inner(end[0])
+    loss = THINNER * ends.tolerance * (high - low) if high > low else 0.0
+    return end, relaxed.bound(problem.variable(*end), max(CLOSE, 0.1 * ends.tolerance), loss)
 
 
 def _try_witness(task: Task, ends: Ends, point: Array, k: int, sign: int) -> None:

@@ -6,6 +6,7 @@ them.
 """
 
 import csv
+import os
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -24,6 +25,7 @@ _NUMBER = {
     for decimal, group in _GROUP.items()
 }
 # A unit in brackets belongs to the word before it, also where blanks separate the columns.
+_NEEDED = 12  # bytes of memory for each byte of a file: 12 with 15 digits a number, and 22 with 4
 _SAMPLE = 20  # rows that tell the layout of a file
 _BLANKS = re.compile(r"\s+(?![\[(])")
 _TWO_NUMBERS = re.compile(r"[-+]?[\d.]+\s+[-+]?[\d.]+")
@@ -39,10 +41,22 @@ Item = TypeVar("Item")
 
 
 def read_text(path: Path, encoding: str | None = None) -> str:
-    """Return the text of a file; DataError if there is none, or its encoding is not clear."""
+    """Return the text of a file; DataError if there is none, it is too long, or its encoding is not clear."""
     if not path.is_file():
         raise DataError(f"no file {str(path)!r}; check the path (the current folder is {str(Path.cwd())!r})")
+    size, memory = path.stat().st_size, _memory()
+    if _NEEDED * size > memory:
+        raise DataError(
+            f"{path.name} has {size / 1e9:.3g} GB, and to read its cells takes about {_NEEDED * size / 1e9:.3g} GB of "
+            f"memory; this machine has {memory / 1e9:.3g} GB: give parts of the file as several experiments, or its "
+            "numbers as .npz or .parquet, which take 8 bytes each"
+        )
     return decode(path.read_bytes(), path.name, encoding)
+
+
+def _memory() -> float:
+    """Return the bytes of this machine's memory; 8 GB where it does not say."""
+    return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")) if hasattr(os, "sysconf") else 8e9
 
 
 def sniff_delimiter(lines: Sequence[str]) -> str:

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import reduce
+from functools import lru_cache, reduce
 
 import numpy as np
 import sympy
@@ -127,6 +127,7 @@ class Templates:
     hinges: Mapping[str, Hinge]
 
     @staticmethod
+    @lru_cache(maxsize=64)  # long records ask for many windows
     def of(model: Model) -> Templates:
         """Return the templates of a model; ModelError as from :func:`templates` and :func:`hinges`."""
         found = {hinge.kink.name: hinge for hinge in hinges(model)}

@@ -92,12 +92,17 @@ class Piecewise:
 
     def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
         """Decide whether the centres are feasible; where not, return the witness nearest to them, in widths."""
+        status = self.status(enclosure)
+        return status, None if status is CentreStatus.FEASIBLE else nearest_witness(enclosure)
+
+    def status(self, enclosure: Enclosure) -> CentreStatus:
+        """Decide whether the centres are feasible."""
         centre = np.array([i.centre for i in enclosure.intervals])
         fixed = self.feasible.on_box(centre, centre)
         if witness_near(fixed, Region(centre, centre, {}), middle(fixed), 0, 1) is not None:
-            return CentreStatus.FEASIBLE, None
+            return CentreStatus.FEASIBLE
         empty = proven_infeasible(fixed.problem, Plan.of(fixed.problem), self.settings.solver)
-        return CentreStatus.INFEASIBLE if empty else CentreStatus.UNDECIDED, nearest_witness(enclosure)
+        return CentreStatus.INFEASIBLE if empty else CentreStatus.UNDECIDED
 
 
 @dataclass

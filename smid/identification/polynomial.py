@@ -97,9 +97,13 @@ class Polynomial:
 
     def centre(self, enclosure: Enclosure) -> tuple[CentreStatus, Array | None]:
         """Decide whether the centres are feasible; where not, look for the nearest feasible point."""
-        problem = self.boxed.feasible.problem
-        status = centre_status(problem, enclosure, self.plan, self.settings.solver)
-        return status, None if status is CentreStatus.FEASIBLE else _nearest(problem, enclosure, self.plan)
+        status = self.status(enclosure)
+        found = status is CentreStatus.FEASIBLE
+        return status, None if found else _nearest(self.boxed.feasible.problem, enclosure, self.plan)
+
+    def status(self, enclosure: Enclosure) -> CentreStatus:
+        """Decide whether the centres are feasible."""
+        return centre_status(self.boxed.feasible.problem, enclosure, self.plan, self.settings.solver)
 
 
 def _start(feasible: FeasibleSet) -> tuple[Array, float]:

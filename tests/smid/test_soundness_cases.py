@@ -137,7 +137,8 @@ def test_no_parameters_reach_the_outlier_beside_a_hidden_state(seed: int) -> Non
 
 @pytest.mark.parametrize(("feasible", "seed"), [(True, 3), (False, 3), (False, 1)])
 def test_a_new_case_is_judged(feasible: bool, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(windowed, "LONG", windowed.LONG)  # what the check sets is taken back
+    for name in ("LONG", "_SHARE", "MOST_PIECEWISE"):
+        monkeypatch.setattr(windowed, name, getattr(windowed, name))  # what the check sets is taken back
     assert check_new(feasible, seed).verdict == ("inside" if feasible else "certified empty")
 
 

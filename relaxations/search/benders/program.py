@@ -50,14 +50,31 @@ def ask(split: Split, p: Array, solver: Solver = "clarabel") -> Answer | None:
     slack, rows = split.inequalities.at(values)
     if not rows.nnz and (fast := eliminated(constant, matrix, slack)):
         return Answer(*fast)
-    n = len(split.inner)
-    identity = sparse.identity(n)
-    unequal = sparse.vstack([identity, -identity, -rows])
-    last = np.concatenate([np.zeros(len(constant)), -np.ones(2 * n + len(slack))])
+    found = least_excess(constant, matrix, slack, rows, solver)
+    return None if found is None else Answer(*found)
+
+
+def least_excess(
+    constant: Array, matrix: sparse.csc_matrix, slack: Array, rows: sparse.csc_matrix, solver: Solver
+) -> tuple[float, Array, Array] | None:
+    """Return the least s with ``constant + matrix z = 0``, ``|z_t| <= 1 + s`` and ``slack + rows z >= -s``.
+
+    With it come z and the multipliers of equalities and inequalities. None where the solver has no answer.
+    """
+    m, n = matrix.shape
+    equal, unequal, each = matrix.tocoo(), rows.tocoo(), np.arange(n)
+    beyond = np.arange(m, m + 2 * n + len(slack))  # the rows with s
+    triplets = (
+        np.concatenate([equal.data, np.ones(n), -np.ones(n), -unequal.data, -np.ones(len(beyond))]),
+        (
+            np.concatenate([equal.row, m + each, m + n + each, m + 2 * n + unequal.row, beyond]),
+            np.concatenate([equal.col, each, each, unequal.col, np.full(len(beyond), n)]),
+        ),
+    )
     program = ConicProgram(
-        sparse.csc_matrix(sparse.hstack([sparse.vstack([matrix, unequal]), sparse.csr_matrix(last[:, None])])),
+        sparse.csc_matrix(triplets, shape=(m + len(beyond), n + 1)),
         np.concatenate([-constant, np.ones(2 * n), slack]),
-        Cones(len(constant), 2 * n + len(slack), (), ()),
+        Cones(m, len(beyond), (), ()),
         (),
     )
     cost = np.zeros(n + 2)
@@ -65,6 +82,5 @@ def ask(split: Split, p: Array, solver: Solver = "clarabel") -> Answer | None:
     found = solve(program, cost, solver)
     if not (np.isfinite(found.dual).all() and np.isfinite(found.moments).all()):
         return None
-    equal = found.dual[: len(constant)]
-    nonnegative = np.maximum(found.dual[len(constant) + 2 * n :], 0.0)
-    return Answer(float(found.moments[-1]), found.moments[1:-1], np.concatenate([-equal, nonnegative]))
+    nonnegative = np.maximum(found.dual[m + 2 * n :], 0.0)
+    return float(found.moments[-1]), found.moments[1:-1], np.concatenate([-found.dual[:m], nonnegative])

@@ -21,6 +21,7 @@ from relaxations.solvers import Solver
 FAR = 1.0  # a point whose noise would have to be twice as large: what is linearised there says little of here
 NEAR = 0.05  # of the room inside: a cut that leaves no more at a point is near it
 STEPS = 40
+CARRIES = 1e-9  # multipliers from this share of the largest one: what is smaller is the solver's error
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,9 @@ class Asker:
         answer = ask(self.cuts.split, p, self.solver)
         if answer is None:
             return None
-        self.cuts = self.cuts.join(Cuts.of(self.cuts.split, answer.multipliers[None]))
+        size = np.abs(answer.multipliers)
+        carrying = np.where(size > CARRIES * size.max(initial=0.0), answer.multipliers, 0.0)
+        self.cuts = self.cuts.join(Cuts.of(self.cuts.split, carrying[None]))
         return Point(p, answer.excess)
 
 

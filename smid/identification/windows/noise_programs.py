@@ -9,16 +9,17 @@ the windows.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from relaxations.algebra.arrays import Array, Index
 from relaxations.deadline import Progress
 from relaxations.search.benders.cuts import Cuts
 from relaxations.search.benders.enclose import outer_rows
-from relaxations.search.benders.program import ask
 from relaxations.search.benders.search import Asker, inmost, outmost
 from relaxations.search.benders.split import Split
 from relaxations.solvers import Solver
@@ -27,7 +28,7 @@ from smid.data.window import Window, cut_all, windows_before
 from smid.feasible.feasible_set import FeasibleSet
 from smid.identification.finite_box import with_finite_box
 from smid.identification.first_guess import equation_error_fit
-from smid.identification.windows.record_noises import RecordNoises
+from smid.identification.windows.record_noises import Part, RecordNoises
 from smid.identification.windows.search import Held
 from smid.identification.windows.whole_record import Noises, WholeRecord
 from smid.models import Model
@@ -44,6 +45,7 @@ _CARRIES = 1e-3  # multipliers from this share of the largest one
 _COARSE = 0.03  # share of the way to an end that is left open first
 _AGREE = 0.1  # of that share: a search stops there
 
+_Row = tuple[int, int, int]  # an equation: experiment, sample, and how many before it are of the same sample
 _End = tuple[int, int]  # a parameter's number, and 1 for its lower end, -1 for its upper one
 
 
@@ -53,21 +55,6 @@ class _Asked:
 
     noises: Sequence[Noises] | None
     objecting: list[Index]
-
-
-@dataclass(frozen=True, eq=False)
-class _Piece:
-    """The least excess over the noise bounds in a part, noises that have it, and the places that hold it.
-
-    Parameters
-    ----------
-    noises
-        Shape (n_noises, n_samples). Shares of their bounds.
-    """
-
-    excess: float
-    noises: Array
-    holding: Index
 
 
 class NoisePrograms:
@@ -88,6 +75,7 @@ class NoisePrograms:
         self._length = 2 * self._lag
         self._count, self._outer = len(model.parameters), np.arange(len(model.parameters))
         self._inside = np.zeros(self._count)
+        self._known: tuple[list[_Row], Array] = ([], np.zeros((0, 0)))  # multipliers of cuts near the ends
         self._channels = {m.noise: m.channel for m in model.measurements if m.noise is not None}
         self._limits = {noise: bounds[channel] for noise, channel in self._channels.items()}
 
@@ -130,18 +118,32 @@ class NoisePrograms:
     ) -> list[tuple[_End, Array, Index]] | Held:
         """Return points of the windows at some ends with what holds them; or what leaves no point inside."""
         feasible = FeasibleSet(self.model, cut_all(self.data, windows), self.bounds)
-        split = Split.of(feasible.problem, self._outer)
-        asker = Asker(Cuts.of(split, outer_rows(split)), self._solver)
+        split, rows = Split.of(feasible.problem, self._outer), _rows(_places(feasible, windows))
+        asker = Asker(Cuts.of(split, np.concatenate([outer_rows(split), self._known_on(rows, split)])), self._solver)
         inside = inmost(asker, self._inside, lower, upper)
         if inside is None:
             raise DataError("no answer at the first parameters: take all samples")
         if inside.excess >= 0:
             return Held(self._holding(feasible, windows, asker.cuts.multipliers), self._length, ())
-        self._inside, found = inside.p, []
+        self._inside, found, close = inside.p, [], []
         for k, sign in wanted:
-            point, active, _ = outmost(asker, sign * np.eye(self._count)[k], inside, lower, upper, share)
+            point, active, near = outmost(asker, sign * np.eye(self._count)[k], inside, lower, upper, share)
             found.append(((k, sign), point.p, self._holding(feasible, windows, asker.cuts.multipliers[active])))
+            close += [active, near]
+        self._known = rows, asker.cuts.multipliers[np.unique(np.concatenate(close))]
         return found
+
+    def _known_on(self, rows: list[_Row], split: Split) -> Array:
+        """Return the multipliers of the last search, for the equations of these windows."""
+        before, multipliers = self._known
+        place = {row: k for k, row in enumerate(rows)}
+        known = np.zeros((len(multipliers), len(rows) + split.inequalities.count))
+        for k, row in enumerate(before):
+            if row in place:
+                known[:, place[row]] = multipliers[:, k]
+        if before:
+            known[:, len(rows) :] = multipliers[:, len(before) :]
+        return known
 
     def near(self, values: Mapping[str, float], tolerance: float) -> tuple[tuple[Array, ...], Index]:
         """Return the point that is a little nearer to the one inside, or what objects to it."""
@@ -166,11 +168,8 @@ class NoisePrograms:
 
     def _holding(self, feasible: FeasibleSet, windows: tuple[Window, ...], multipliers: Array) -> Index:
         """Return the places of the equations that carry multipliers."""
-        own = np.abs(multipliers[:, : feasible.n_equalities])
-        rows = np.flatnonzero((own > _CARRIES * own.max(axis=1, keepdims=True, initial=1e-300)).any(axis=0))
-        origin = np.array([(w.experiment, w.first) for w in windows])
-        which, times = feasible.samples[rows].T
-        return np.stack([origin[which, 0], origin[which, 1] + times], axis=1)
+        rows = _carrying(np.abs(multipliers[:, : feasible.n_equalities])).any(axis=0)
+        return _places(feasible, windows)[rows]
 
     def _asked(self, p: Array) -> _Asked:
         """Ask every experiment, until enough object."""
@@ -180,7 +179,7 @@ class NoisePrograms:
                 found = RecordNoises(self.whole.equations[e], values, self._limits, run.n_samples)
             except np.linalg.LinAlgError:
                 raise DataError("some equations say the same: take all samples") from None
-            fitting = self._fitting(e, p, found)
+            fitting = self._fitting(e, found)
             if isinstance(fitting, list):
                 objecting += fitting
             else:
@@ -190,7 +189,7 @@ class NoisePrograms:
         fits = len(noises) == len(self.data.experiments)
         return _Asked(noises if fits else None, objecting)
 
-    def _fitting(self, e: int, p: Array, record: RecordNoises) -> dict[str, Array] | list[Index]:
+    def _fitting(self, e: int, record: RecordNoises) -> dict[str, Array] | list[Index]:
         """Return noises of an experiment within their bounds, or the places that object; no places without a decision.
 
         Passes over the whole record leave ever fewer noises beyond their bounds. From time to time a linear program
@@ -203,8 +202,8 @@ class NoisePrograms:
                 return self._named(noises)
             if k in _ASKED_AFTER:
                 parts = self._worst(beyond, _REACH)
-                pieces = [self._piece(e, p, *around) for around in parts[:_ENOUGH]]
-                if objecting := [piece.holding for piece in pieces if piece.excess > 0]:
+                asked = [record.part(*around, self._solver) for around in parts[:_ENOUGH]]
+                if objecting := [_holding(e, part) for part in asked if part is not None and part.excess > 0]:
                     return objecting
                 if len(parts) <= _FEW:
                     break
@@ -212,11 +211,13 @@ class NoisePrograms:
         reach = _REACH
         while reach <= _FARTHEST:
             for first, last in self._worst(np.abs(noises).max(axis=0) - 1.0 + _MARGIN, reach):
-                between = self._piece(e, p, first, last, noises)
-                if between.excess <= 0:
+                between = record.part(first, last, self._solver, noises)
+                if between is not None and between.excess <= 0:
                     noises[:, first : last + 1] = between.noises
-                elif (alone := self._piece(e, p, first, last)).excess > 0:
-                    return [alone.holding]
+                    continue
+                alone = record.part(first, last, self._solver)
+                if alone is not None and alone.excess > 0:
+                    return [_holding(e, alone)]
             noises = record.solving(noises)  # the linear programs solve the equations to their own tolerance
             if np.abs(noises).max() <= 1.0 - _MARGIN:
                 return self._named(noises)
@@ -235,29 +236,6 @@ class NoisePrograms:
         limits = self._limits.items()
         return {self._channels[noise]: limit * own for (noise, limit), own in zip(limits, shares, strict=True)}
 
-    def _piece(self, experiment: int, p: Array, first: int, last: int, around: Array | None = None) -> _Piece:
-        """Solve the linear program of some samples; with noises around, those at its ends join on to them."""
-        window, length = Window(experiment, first, last), self.data.experiments[experiment].n_samples
-        feasible = FeasibleSet(self.model, cut_all(self.data, [window]), self.bounds)
-        problem = feasible.problem
-        place = {name: k for k, name in enumerate(problem.names)}
-        slots = np.array([[place.get(f"{noise}[{k}]", -1) for k in range(len(window))] for noise in self._channels])
-        limits = np.array([*self._limits.values()])[:, None]
-        noises = np.zeros(slots.shape) if around is None else limits * around[:, first : last + 1]
-        # Fix the noises that equations before and behind read.
-        stays = np.full(slots.shape, around is not None)
-        stays[:, self._lag if first else 0 : len(window) - (self._lag if last < length - 1 else 0)] = False
-        lower, upper = problem.lower.copy(), problem.upper.copy()
-        held = stays & (slots >= 0)
-        lower[slots[held]] = upper[slots[held]] = noises[held]
-        split = Split.of(problem.with_box(lower, upper), self._outer)
-        answer = ask(split, p, self._solver)
-        if answer is None:
-            return _Piece(np.inf, noises, np.zeros((0, 2), dtype=np.int64))
-        # A noise that no equation of these samples reads stays as well.
-        solved = np.where((slots >= 0) & ~stays, split.recover(p, answer.inner)[slots], noises)
-        return _Piece(answer.excess, solved / limits, self._holding(feasible, (window,), answer.multipliers[None]))
-
 
 def _spread(data: Dataset) -> Index:
     """Return the samples of short parts, evenly over the record."""
@@ -265,6 +243,33 @@ def _spread(data: Dataset) -> Index:
     chosen = [runs[k] for k in np.unique(np.linspace(0, len(runs) - 1, _FIRST).astype(int))]
     ends = [data.experiments[e].n_samples for e, _ in chosen]
     return np.array([(e, k + i) for (e, k), n in zip(chosen, ends, strict=True) for i in range(_LONG) if k + i < n])
+
+
+def _places(feasible: FeasibleSet, windows: Sequence[Window]) -> Index:
+    """Return the experiment and the sample of each equation over some windows."""
+    origin = np.array([(w.experiment, w.first) for w in windows])
+    which, times = feasible.samples.T
+    return np.stack([origin[which, 0], origin[which, 1] + times], axis=1)
+
+
+def _rows(places: Index) -> list[_Row]:
+    seen: Counter[tuple[int, int]] = Counter()
+    found = []
+    for e, k in places.tolist():
+        found.append((e, k, seen[e, k]))
+        seen[e, k] += 1
+    return found
+
+
+def _carrying(weights: Array) -> NDArray[np.bool_]:
+    """Return which multipliers count beside the largest one of their cut."""
+    return np.asarray(weights > _CARRIES * weights.max(axis=-1, keepdims=True, initial=1e-300))
+
+
+def _holding(experiment: int, part: Part) -> Index:
+    """Return the places of the equations of a part that carry multipliers."""
+    times = np.unique(part.times[_carrying(part.weights)])
+    return np.stack([np.full(len(times), experiment), times], axis=1)
 
 
 def _joined(places: Sequence[Index]) -> Index:

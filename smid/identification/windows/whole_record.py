@@ -22,6 +22,7 @@ import sympy
 from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.ball_arithmetic import Balls
 from smid.data import Dataset
+from smid.feasible.piecewise_functions import Kind
 from smid.feasible.template import Template, Templates, Term
 
 _LONGEST = 200_000  # samples of an impulse response
@@ -73,6 +74,16 @@ class Equations:
         return constant, factors
 
 
+@dataclass(frozen=True, eq=False)
+class _Kink:
+    """A kink of data and parameters, from a sample on: its argument as terms with their coefficients."""
+
+    name: str
+    sign: bool
+    first: int
+    argument: tuple[tuple[Term, Balls], ...]
+
+
 class WholeRecord:
     """Verifies runs of a model over a record. The coefficients of the equations are computed once.
 
@@ -87,6 +98,7 @@ class WholeRecord:
         self._noises = {m.signal: m for m in templates.model.measurements if m.noise is not None}
         self._channels = {m.noise: m.channel for m in self._noises.values()}
         self.equations = [self._of(run.values) for run in data.experiments]
+        self._kinks = [self._kinks_of(run.values) for run in data.experiments]
 
     def noises(self, simulated: Sequence[Mapping[str, Array]]) -> list[dict[str, Array]]:
         """Return the noises with which the outputs are those of a simulation, per experiment."""
@@ -115,8 +127,11 @@ class WholeRecord:
         """
         fits = _fits_priors(self.templates, values)
         reached = dict.fromkeys(self._channels.values(), 0.0 if fits else np.inf)
-        for run, found, equations in zip(self.data.experiments, noises, self.equations, strict=True):
-            reaches = {self._noises[e.template.signal].channel: self._reach(e, values, found) for e in equations}
+        for run, found, equations, kinks in zip(
+            self.data.experiments, noises, self.equations, self._kinks, strict=True
+        ):
+            known = _values_of(kinks, values, run.n_samples)
+            reaches = {self._noises[e.template.signal].channel: self._reach(e, values, found, known) for e in equations}
             for channel, noise in found.items():
                 largest = float(np.abs(noise[~np.isnan(run.values[channel])]).max(initial=0.0))
                 beyond = reaches.get(channel)
@@ -136,7 +151,16 @@ class WholeRecord:
             found.append(Equations(template, own, template.max_lag, tuple(recursive), tuple(known)))
         return found
 
-    def _reach(self, e: Equations, values: Mapping[str, float], noises: Noises) -> float:
+    def _kinks_of(self, samples: Mapping[str, Array]) -> list[_Kink]:
+        values, found = {name: np.nan_to_num(column) for name, column in samples.items()}, []
+        for name, hinge in self.templates.hinges.items():
+            first = hinge.argument.max_lag
+            times = np.arange(first, len(next(iter(values.values()))))
+            terms = tuple((term, term.coefficients(values, times)) for term in hinge.argument.terms)
+            found.append(_Kink(name, hinge.kink.kind is Kind.SIGN, first, terms))
+        return found
+
+    def _reach(self, e: Equations, values: Mapping[str, float], noises: Noises, kinks: Mapping[str, Balls]) -> float:
         """Return how far an output's exact noises lie from given ones at most; infinite where nothing is proven."""
         own = self._noises[e.template.signal]
         recursion = e.recursion(values)
@@ -151,7 +175,9 @@ class WholeRecord:
         for term, coefficients in e.known:
             part = product(term, values) * coefficients
             for latent, lag in term.latents:
-                part = part * at(self._channels[latent], lag)
+                part = part * (
+                    _from(kinks[latent], e.first - lag, n) if latent in kinks else at(self._channels[latent], lag)
+                )
             left = left + part
         for lag, coefficient in recursion.items():
             left = left + coefficient * at(own.channel, lag)
@@ -177,21 +203,45 @@ class WholeRecord:
 def suits(templates: Templates) -> bool:
     """Return whether every line is a recursion of its own output's noise, whose coefficients may vary with the data.
 
-    The noises of inputs may enter linearly.
+    The noises of inputs may enter linearly. Where no input is noisy, kinks of data and parameters may enter.
     """
     noises = {m.signal: m.noise for m in templates.model.measurements if m.noise is not None}
     outputs = {line.signal for line in templates.lines}
     inputs = {noise for name, noise in noises.items() if name not in outputs}
+    kinks = templates.hinges
+    arguments = [term for hinge in kinks.values() for term in hinge.argument.terms]
     return (
-        not templates.hinges
-        and outputs <= noises.keys()
+        outputs <= noises.keys()
+        and not (kinks and inputs)
+        and not any(hinge.kink.constant for hinge in kinks.values())
+        and all(latent in kinks for term in arguments for latent, _ in term.latents)
         and all(
-            len(term.latents) <= 1
-            and all(latent in inputs or latent == noises[line.signal] for latent, _ in term.latents)
+            all(latent in kinks for latent, _ in term.latents)
+            or (len(term.latents) == 1 and term.latents[0][0] in {*inputs, noises[line.signal]})
             for line in templates.lines
             for term in line.terms
         )
     )
+
+
+def _values_of(kinks: Sequence[_Kink], values: Mapping[str, float], n: int) -> dict[str, Balls]:
+    """Return the value of each kink at each sample; zero before its first one."""
+    found: dict[str, Balls] = {}
+    for kink in kinks:
+        count = n - kink.first
+        argument = Balls.exact(np.zeros(count))
+        for term, coefficients in kink.argument:
+            part = product(term, values) * coefficients
+            for latent, lag in term.latents:
+                part = part * _from(found[latent], kink.first - lag, count)
+            argument = argument + part
+        own, before = argument.sign() if kink.sign else argument.positive_part(), np.zeros(kink.first)
+        found[kink.name] = Balls(np.concatenate([before, own.mid]), np.concatenate([before, own.rad]))
+    return found
+
+
+def _from(samples: Balls, first: int, count: int) -> Balls:
+    return Balls(samples.mid[first : first + count], samples.rad[first : first + count])
 
 
 def _coefficients(term: Term, values: Mapping[str, Array], times: Index) -> Balls:

@@ -10,6 +10,9 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array, Index
 from relaxations.deadline import STOPS, Progress, stopped_by
+from relaxations.moments.parametric_lift import complicating_variables
+from relaxations.problem.problem import PolynomialProblem
+from relaxations.proof.method import Cuts
 from relaxations.search.enclosure import Enclosure, Reason
 from smid.data import DataError, Dataset
 from smid.data.window import Window, cut_all, windows_before
@@ -26,7 +29,8 @@ from smid.identification.encloser import (
     with_inner_ends,
 )
 from smid.identification.estimate import CentreStatus
-from smid.identification.polynomial import Polynomial, centre_status
+from smid.identification.piecewise import TOLERANCE, Piecewise
+from smid.identification.polynomial import Polynomial
 from smid.identification.windows.free_runs import FreeRuns
 from smid.identification.windows.noise_programs import NoisePrograms
 from smid.identification.windows.search import Search
@@ -36,8 +40,11 @@ from smid.models import Model
 LONG = 1000
 """Samples from which windows are the default."""
 
-MOST, MOST_NOISY = 20_000, 5000
-"""Samples of all windows together, and those where inputs are noisy: beyond, a proof takes minutes."""
+MOST, MOST_NOISY, MOST_PIECEWISE = 20_000, 5000, 400
+"""Samples of all windows together, those where inputs are noisy, and with kinks: beyond, a proof takes minutes."""
+
+_FEW = 600
+"""Noises of which cuts alone bound all parameters of several poles sooner, and in shorter files, than the lift."""
 
 _SHARE = 0.5  # of the record: larger windows gain nothing
 _GROWTHS = 3  # of the windows, each twice as long
@@ -66,8 +73,12 @@ class Windowed:
         self.model, self.data, self.bounds, self.settings, self.kept = model, data, bounds, settings, kept
         self._windows: tuple[Window, ...] = ()
         self._whole = WholeRecord(Templates.of(model), data)
+        self._most = MOST_NOISY if inputs_are_noisy(model) else MOST
+        if self._whole.templates.hinges:
+            self._most = MOST_PIECEWISE
+            self.settings = replace(settings, tolerance=max(settings.tolerance, 2 * TOLERANCE))
         self._lag = max(line.max_lag for line in self._whole.templates.lines)
-        self._inner: Polynomial | None = None
+        self._inner: Polynomial | Piecewise | None = None
         self._search: Search | None = None
         self._fitting: tuple[Array, ...] = ()  # parameters that are verified to fit all samples
         self._say: Progress = settings.progress or (lambda _: None)
@@ -119,10 +130,9 @@ class Windowed:
         """Return windows of at most so many samples, and whether they are shorter than asked; none for all samples."""
         # Samples before the first equation are read by it.
         places, asked = np.maximum(places, [0, self._lag]), length
-        most = MOST_NOISY if inputs_are_noisy(self.model) else MOST
-        while sum(map(len, windows := windows_before(places, length))) > most and length > 1:
+        while sum(map(len, windows := windows_before(places, length))) > self._most and length > 1:
             length //= 2
-        if self.data.n_samples <= most and sum(map(len, windows)) > _SHARE * self.data.n_samples:
+        if self.data.n_samples <= self._most and sum(map(len, windows)) > _SHARE * self.data.n_samples:
             return (), False
         return windows, length < asked
 
@@ -134,7 +144,10 @@ class Windowed:
         data = cut_all(self.data, windows) if windows else self.data
         # One half of the tolerance is for the proof, the other for what windows leave open.
         settings = replace(self.settings, tolerance=self.settings.tolerance / 2)
-        self._inner = Polynomial(FeasibleSet(self.model, data, self.bounds), settings, self.kept)
+        feasible = FeasibleSet(self.model, data, self.bounds)
+        if windows and not feasible.openings and _suits_cuts(feasible.problem):
+            settings = replace(settings, method=Cuts.name)
+        self._inner = (Piecewise if feasible.openings else Polynomial)(feasible, settings, self.kept)
         self._windows = windows
         self._say(f"proof on {data.n_samples} of {self.data.n_samples} samples")
         return replace(self._inner.enclose(), windows=windows)
@@ -171,7 +184,12 @@ class Windowed:
         assert self._search is not None
         if self._search.fits({i.name: i.centre for i in enclosure.intervals}):
             return CentreStatus.FEASIBLE, None
-        problem, plan = self._inner.boxed.feasible.problem, self._inner.plan
-        status = centre_status(problem, enclosure, plan, self.settings.solver)
+        status = self._inner.status(enclosure)
         # What fits the windows may not fit the whole record.
         return CentreStatus.UNDECIDED if status is CentreStatus.FEASIBLE else status, nearest_witness(enclosure)
+
+
+def _suits_cuts(problem: PolynomialProblem) -> bool:
+    """Return whether cuts alone serve: few noises, and more than the one pole for which the lift is exact."""
+    few = complicating_variables(problem)
+    return few is not None and len(few) > 1 and problem.n_variables <= _FEW

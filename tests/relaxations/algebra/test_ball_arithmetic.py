@@ -171,3 +171,10 @@ def test_copies_negations_and_powers_of_two_stay_exact():
         product = data * Balls.exact(np.full(50, factor))
         assert (product.rad == 0).all()
         assert (product.mid == data.mid * factor).all()
+
+
+@given(ball)
+def test_kinks_of_a_ball_hold_those_of_its_members(part):
+    own, (x,) = balls([part])
+    for found, value in ((own.positive_part(), max(x, Fraction(0))), (own.sign(), (x > 0) - (x < 0))):
+        assert abs(value - Fraction(float(found.mid[0]))) <= Fraction(float(found.rad[0]))

@@ -7,7 +7,7 @@ from relaxations.search.benders import program
 from relaxations.search.benders.cuts import Cuts
 from relaxations.search.benders.elimination import FEWEST, eliminated
 from relaxations.search.benders.split import Split
-from relaxations.search.boxes import LONG, derive_box
+from relaxations.search.boxes import BLOCKS, LENGTHS, LONG, derive_box
 
 
 @pytest.fixture
@@ -46,7 +46,7 @@ def test_a_short_record_and_many_inner_variables_are_left_to_the_solver(model, o
 
 
 def test_a_part_of_a_long_record_gives_a_box(output_error):
-    model = output_error(LONG + 200, seed=2)
+    model = output_error(LONG * LENGTHS[-1] + 200, seed=2)
     lower, upper = model.problem.lower.copy(), model.problem.upper.copy()
     lower[1], upper[1] = -np.inf, np.inf
     steps = []
@@ -54,4 +54,4 @@ def test_a_part_of_a_long_record_gives_a_box(output_error):
     assert found.derived == ("b1",)
     assert -20 < found.problem.lower[1] <= model.truth[1] <= found.problem.upper[1] < 20
     assert found.problem.n_variables == model.problem.n_variables
-    assert steps[-1].problem.equalities.n_rows < LONG
+    assert steps[-1].problem.equalities.n_rows <= BLOCKS * (LENGTHS[0] + 2)

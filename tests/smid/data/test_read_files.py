@@ -144,6 +144,14 @@ def test_missing_file(tmp_path):
             Dataset.from_file(tmp_path / f"absent{suffix}", input="u", output="y", sampling_time=1)
 
 
+def test_a_file_beyond_the_memory_is_refused_before_it_is_read(tmp_path):
+    file = tmp_path / "year.csv"
+    with file.open("wb") as opened:
+        opened.truncate(1 << 42)  # takes no space on the disk
+    with pytest.raises(DataError, match=r"year.csv has 4.4e\+03 GB, .* this machine has .* parts of the file"):
+        Dataset.from_file(file, input="u", output="y", sampling_time=1)
+
+
 def test_latin_1_header(write):
     data = Dataset.from_file(write("u,y [µm]\n1,2\n", encoding="latin-1"), "u", "y", sampling_time=1)
     assert data.channel("y").unit == "µm"
