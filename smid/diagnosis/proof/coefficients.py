@@ -134,7 +134,8 @@ class _Coefficients:
         return sympy.Add(*(self._symbol(own) * rest for rest, own in found.items()))
 
     def _within(self, factor: sympy.Expr) -> sympy.Expr:
-        if factor.is_number or isinstance(factor, sympy.Indexed) or not factor.has(sympy.Indexed):
+        # The sides of a condition stay as they are.
+        if isinstance(factor, sympy.Indexed | sympy.Piecewise) or not factor.has(sympy.Indexed):
             return factor
         inner = [self.free(own) if own.is_Add or own.is_Mul else self._within(own) for own in factor.args]
         return factor.func(*inner)
