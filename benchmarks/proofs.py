@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.blind.cases import draw
+from benchmarks.processor_time import in_processor_time
 from benchmarks.resumable import kept, run
 
 __all__ = ["ProofResult", "markdown", "prove_case"]
@@ -72,7 +73,8 @@ def prove_case(seed: int, samples: int, seconds: float) -> ProofResult:
     truth = list(case.truth)
     try:
         found = diagnose(case.model, case.data, case.noise_bound, certify=False, workers=1)
-        proof = prove_name(found, case.noise_bound, seconds).name_proof
+        with in_processor_time():
+            proof = prove_name(found, case.noise_bound, seconds).name_proof
     except Exception as error:  # one broken case must not end the run; it counts as a failure
         message = f"{type(error).__name__}: {error}".replace("\n", " ").replace("|", "/")[:300]
         return ProofResult(seed, truth, [], NONE, NONE, {}, {}, 0, 0, 0.0, 0.0, message)
@@ -131,7 +133,7 @@ def markdown(results: Sequence[ProofResult], seconds: float) -> str:
                 "Each case hides one effect in simulated data, and the noise bound is known. "
                 "`smid.diagnosis.prove_name` tries to prove three statements about the same samples: the base model "
                 "cannot explain them, the extended model can, the rivals of the first cause cannot. It has "
-                f"{seconds:g} s a case. `python -m benchmarks.proofs` writes this page.",
+                f"{seconds:g} s of processor time a case. `python -m benchmarks.proofs` writes this page.",
                 f"Cases: {len(results)} (seeds {results[0].seed} to {results[-1].seed})." if results else "No cases.",
                 counted,
                 "A model with the hidden effect that was excluded: "
@@ -204,7 +206,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--samples", type=int, default=1000)
-    parser.add_argument("--seconds", type=float, default=60.0, help="time allowed for the proof of a case")
+    parser.add_argument("--seconds", type=float, default=60.0, help="processor time allowed for the proof of a case")
     parser.add_argument("--output", type=Path, default=Path("docs/proofs.md"))
     parser.add_argument("--cache", type=Path, default=Path(".cache/proofs.jsonl"))
     given = parser.parse_args()

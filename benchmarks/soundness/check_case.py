@@ -14,6 +14,7 @@ from benchmarks.soundness.cases import CURVES, SMOOTH, Case, empty_case, feasibl
 from benchmarks.soundness.library_cases import library_case
 from benchmarks.soundness.score import CaseResult
 from smid import CentreStatus, EmptyFeasibleSetError, Estimate, identify
+from smid.diagnosis.proof.coefficients import with_free_coefficients
 from smid.identification.inversion.cover import Cover
 from smid.identification.inversion.record import Record
 from smid.identification.windows import windowed
@@ -48,7 +49,8 @@ def check_new(feasible: bool, seed: int) -> CaseResult:
 def check_inversion(feasible: bool, seed: int, seconds: float) -> CaseResult:
     """Draw a case of the effect library, invert its free run, and judge the answer.
 
-    Intervals are asked for, and then whether any point fits, in turned coordinates as for a proof of a name.
+    Intervals are asked for, and then whether any point fits, in turned coordinates and with free coefficients, as for a
+    proof of a name.
     """
     case = library_case(feasible, seed)
     result = _judged(case, seed, method="inversion", tolerance=float(10.0 ** -(seed % 3)), seconds=seconds)
@@ -62,14 +64,26 @@ def check_inversion(feasible: bool, seed: int, seconds: float) -> CaseResult:
         return replace(result, verdict="called empty", message="in turned coordinates")
     if cover.points and not feasible:
         return replace(result, verdict="called feasible", message="in turned coordinates")
+    if feasible and is_emptied(case, seconds):
+        return replace(result, verdict="called empty", message="with free coefficients")
     return result
+
+
+def is_emptied(case: Case, seconds: float) -> bool:
+    """Return whether the set is called empty with free coefficients."""
+    free = with_free_coefficients(Record(case.model, case.data, case.noise_bound), case.noise_bound)
+    return free is not None and not _searched(free, seconds).boxes
 
 
 def _covered(case: Case, seconds: float) -> Cover:
     """Cover the set by boxes in turned coordinates, until one point fits or none can."""
     with np.errstate(all="ignore"):
         signals = simulate(case.model, case.data.experiments[0].values, case.truth, check=False)
-    cover = Cover(Record(case.model, case.data, case.noise_bound).turned(signals), 0.0)
+    return _searched(Record(case.model, case.data, case.noise_bound).turned(signals), seconds)
+
+
+def _searched(record: Record, seconds: float) -> Cover:
+    cover = Cover(record, 0.0)
     until = time.perf_counter() + seconds
     while cover.boxes and not cover.points and time.perf_counter() < until:
         cover.step()

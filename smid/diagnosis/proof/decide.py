@@ -3,10 +3,11 @@
 *Feasible*: the model is fitted to the window, by least squares and then for the smallest largest error, and the run of
 the fit is verified to keep the noise bound.
 
-*Excluded*: where it does not, the intervals of a polynomial model are enclosed as :func:`smid.identify` does, until the
-set is certified empty or a feasible point is verified. Where that decides nothing, or the model is no polynomial, the
-free run is inverted (:mod:`smid.identification.inversion`). The proof holds for all parameters within their boxes. For
-the inversion, a parameter or a hidden state without a box is taken to be at most `REACH` times as large as in the fit.
+*Excluded*: where it does not, a model with free coefficients is tried (:mod:`.coefficients`), of which the model is a
+special case. Where that decides nothing, the intervals of a polynomial model are enclosed as :func:`smid.identify`
+does, until the set is certified empty or a feasible point is verified. Where the model is no polynomial, the free run
+is inverted (:mod:`smid.identification.inversion`). The proof holds for all parameters within their boxes. A parameter
+or a hidden state without a box is taken to be at most `REACH` times as large as in the fit.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from relaxations.search.enclosure import Reason
 from relaxations.search.plan import Plan
 from smid.data import Channel, DataError, Dataset
 from smid.data.window import Window
+from smid.diagnosis.proof.coefficients import with_free_coefficients
 from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.template import is_polynomial
 from smid.fitting.fit import Fitting
@@ -45,7 +47,7 @@ ASSUMED = f"parameters without a box: at most {REACH:g} times their fit"
 MOST = 20_000
 """Contractions of a proof."""
 
-_SHARE = 0.5  # of the time, for the relaxations of a polynomial model
+_SHARE = 0.5  # of the time that is left, for a model with free coefficients, and for relaxations
 _ROUNDS = 4
 
 
@@ -114,16 +116,16 @@ def decide(model: Model, data: Dataset, window: Window, bounds: Mapping[str, flo
             record, points = _posed(model, part, bounds)
             if any(map(record.fits, points)):
                 return decision(Status.FEASIBLE)
+            found = _freed(record, bounds)
+            if found is not None:
+                return decision(Status.EXCLUDED, samples=_carrying(found, window))
             # To eliminate hidden states from a long line can take minutes, and cannot be interrupted.
             if _measures_all_states(model) and is_polynomial(model):
                 with time_limit(max(_SHARE * remaining(), 1e-3)):
                     status, samples = _relaxed(model, part, bounds)
                 if status is not Status.UNDECIDED:
                     return decision(status, samples=tuple((window.first + k, share) for k, share in samples))
-            cover = Cover(record, 0.0)
-            while not (cover.done or cover.points) and cover.contracted < MOST:
-                check_time()
-                cover.step()
+            cover = _covered(record)
     except (ModelError, DataError) as error:
         return decision(Status.NOT_POSABLE, " ".join(str(error).split()))
     except TimeIsUp as stop:
@@ -134,7 +136,33 @@ def decide(model: Model, data: Dataset, window: Window, bounds: Mapping[str, flo
         return decision(Status.FEASIBLE)
     if cover.boxes:
         return decision(Status.UNDECIDED, f"{cover.contracted} contractions leave {len(cover.boxes)} boxes")
-    return decision(Status.EXCLUDED, samples=tuple((window.first + k, share) for _, k, share in heaviest(cover)))
+    return decision(Status.EXCLUDED, samples=_carrying(cover, window))
+
+
+def _freed(record: Record, bounds: Mapping[str, float]) -> Cover | None:
+    """Return the cover that excludes the model with free coefficients; None where it is not excluded."""
+    free = with_free_coefficients(record, bounds)
+    if free is None:
+        return None
+    try:
+        with time_limit(max(_SHARE * remaining(), 1e-3)):
+            cover = _covered(free)
+    except TimeIsUp:
+        return None
+    return None if cover.boxes else cover
+
+
+def _covered(record: Record) -> Cover:
+    """Return boxes that cover a record, cut until none is left or a point is verified."""
+    cover = Cover(record, 0.0)
+    while not (cover.done or cover.points) and cover.contracted < MOST:
+        check_time()
+        cover.step()
+    return cover
+
+
+def _carrying(cover: Cover, window: Window) -> tuple[tuple[int, float], ...]:
+    return tuple((window.first + k, share) for _, k, share in heaviest(cover))
 
 
 def _measures_all_states(model: Model) -> bool:

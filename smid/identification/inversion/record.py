@@ -215,10 +215,17 @@ class Record:
         return replace(found, impossible=0) if len(impossible) else found
 
     def knowledge(self, lower: Array, upper: Array) -> float:
-        """Return how much the rows of a box say: minus the sum of the logarithms of their radii, cut at `_UNKNOWN`."""
-        runs = [self._run(piece, a, lower, upper) for a in range(len(ANCHORS)) for piece in self.cut.parts]
-        radii = np.concatenate([forms[:, RADIUS] for run in runs for forms in (run.outputs, run.linked, *run.balances)])
-        return -float(np.log(np.clip(radii, TINY, _UNKNOWN)).sum())
+        """Return how much the rows of a box say: minus the sum of the logarithms of their radii, cut at `_UNKNOWN`.
+
+        Of a sample of which several runs say something, the run counts that says most.
+        """
+        total = 0.0
+        for piece in self.cut.parts:
+            runs = [self._run(piece, a, lower, upper) for a in range(len(ANCHORS))]
+            least = np.min([np.concatenate([run.outputs[:, RADIUS], run.linked[:, RADIUS]]) for run in runs], axis=0)
+            for radii in (least, *(own[:, RADIUS] for run in runs for own in run.balances)):
+                total -= float(np.log(np.clip(radii, TINY, _UNKNOWN)).sum())
+        return total
 
     def says_nothing(self, lower: Array, upper: Array) -> bool:
         """Return whether nothing is known over a box of any output that the model computes."""
@@ -229,6 +236,10 @@ class Record:
             if not computed.any() or np.isfinite(found.outputs[computed, RADIUS]).any():
                 return False
         return True
+
+    def constraint_ends(self) -> Array:
+        """Return the least and the largest value of each constraint over the first box, shape (constraints, 2)."""
+        return self._run(self.cut.parts[0], 0, self.lower, self.upper).constraints[:, [LOW, HIGH]]
 
     def fits(self, point: Array) -> bool:
         """Return whether a point is verified to fit every sample.

@@ -1,0 +1,82 @@
+"""Free coefficients: they hold every set of parameters, and need few boxes where products of parameters need many."""
+
+import numpy as np
+import pytest
+
+from benchmarks.soundness.check_case import is_emptied
+from benchmarks.soundness.library_cases import library_case
+from smid import Dataset, OwnModel
+from smid.diagnosis.proof.coefficients import with_free_coefficients
+from smid.identification.inversion.cover import Cover
+from smid.identification.inversion.record import Record
+from smid.models import Model, simulate
+
+BOUND = {"y": 0.05}
+CURVE = OwnModel(
+    ["v[t] = u[t] + e", "x[t] = a*v[t] + b*v[t]**2", "w[t] = p*w[t-1] + (1 - p)*x[t-1]"],
+    {"y": "w"},
+    ["u"],
+    {"a": (-10, 10), "b": (-10, 10), "e": (-3, 3), "p": (-1, 1)},
+)
+TWO_LAGS = OwnModel(
+    ["h[t] = p*h[t-1] + k*(1 - p)*u[t-1]", "w[t] = q*w[t-1] + (1 - q)*h[t-1]"],
+    {"y": "w"},
+    ["u"],
+    {"k": (-5, 5), "p": (0, 0.95), "q": (0, 0.95)},
+).bound(h=(-20, 20))
+
+
+def record(model: Model, truth: dict[str, float], error: float = 0.0, levels: int = 3) -> Record:
+    rng = np.random.default_rng(0)
+    u = np.repeat(rng.integers(0, levels, 10) / 2.0, 6)
+    y = simulate(model, {"u": u}, truth, {name: [0.2] for name in model.states})["y"]
+    y = y + rng.uniform(-1, 1, len(u)) * BOUND["y"]
+    y[20:40] += error * np.sin(np.arange(20))
+    return Record(model, Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0), BOUND)
+
+
+def freed(found: Record) -> Record:
+    free = with_free_coefficients(found, BOUND)
+    assert free is not None
+    return free
+
+
+def searched(found: Record) -> Cover:
+    cover = Cover(found, 0.0)
+    while not (cover.done or cover.points) and cover.contracted < 100:
+        cover.step()
+    return cover
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_truth_is_never_excluded(seed: int) -> None:
+    assert not is_emptied(library_case(True, seed), 0.2)
+
+
+def test_a_curve_on_few_levels_needs_few_boxes() -> None:
+    truth = {"a": 1.0, "b": 0.5, "e": 0.1, "p": 0.8}
+    found = freed(record(CURVE, truth))
+    assert len(found.tape.parameters) == 4  # the pole, and the curve at three levels
+    assert searched(found).points
+    assert not searched(freed(record(CURVE, truth, error=0.5))).boxes
+
+
+def test_a_hidden_lag_is_eliminated() -> None:
+    truth = {"k": 1.5, "p": 0.6, "q": 0.3}
+    found = freed(record(TWO_LAGS, truth))
+    assert not found.hidden
+    assert searched(found).boxes
+    assert not searched(freed(record(TWO_LAGS, truth, error=2.0))).boxes
+
+
+def test_an_input_with_many_levels_keeps_its_curve() -> None:
+    found = with_free_coefficients(record(CURVE, {"a": 1.0, "b": 0.5, "e": 0.1, "p": 0.8}, levels=9), BOUND)
+    assert found is None or {"a", "b", "e"} & set(found.tape.parameters)
+
+
+def test_lines_that_hold_the_same_part_again_and_again_stay() -> None:
+    part = "w[t-1]"
+    for _ in range(9):
+        part = f"({part} - p*sin({part}))"
+    model = OwnModel([f"w[t] = {part} + u[t-1]"], {"y": "w"}, ["u"], {"p": (0, 0.1)})
+    assert with_free_coefficients(record(model, {"p": 0.05}), BOUND) is None
