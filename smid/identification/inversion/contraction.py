@@ -106,9 +106,11 @@ class Program:
         program.run()
         solved = program.getModelStatus() == highspy.HighsModelStatus.kOptimal
         solution = program.getSolution()
-        values, point = np.array(solution.row_dual) / self._scale, np.array(solution.col_value)
         program.changeColCost(k, 0.0)
-        return (*self._proven(values, k, sign), point) if solved else None
+        if not solved:  # then the solver may give no multipliers
+            return None
+        values, point = np.array(solution.row_dual) / self._scale, np.array(solution.col_value)
+        return (*self._proven(values, k, sign), point)
 
     def emptiness(self) -> Multipliers | None:
         """Return a proof that no point keeps all rows; None where it fails.
@@ -125,6 +127,8 @@ class Program:
         program = prepared(cost, slopes, (np.append(low, -free), np.append(free, high)), box)
         program.run()
         dual = np.array(program.getSolution().row_dual)
+        if not len(dual):
+            return None
         bound, proof = self._proven((dual[:count] + dual[count:]) / self._scale, NOTHING, 1)
         return proof if bound > 0 else None
 
