@@ -144,7 +144,7 @@ def test_a_missing_input_splits_the_record_and_says_so():
 
 
 @pytest.mark.parametrize("kind", [AT_RANDOM, GAP])
-def test_with_missing_inputs_intervals_hold_the_truth_and_are_narrower_than_those_of_the_longest_part(kind):
+def test_with_missing_inputs_intervals_hold_the_truth_and_are_no_wider_than_those_of_the_longest_part(kind):
     n = 2 * N
     u, y = measured(MODEL, TRUTH, 1, n)
     u[lost(kind, 1, n)] = np.nan
@@ -155,7 +155,7 @@ def test_with_missing_inputs_intervals_hold_the_truth_and_are_narrower_than_thos
     found, alone = (smid.identify(MODEL, one, BOUND, rounds=2) for one in (data, longest))
     for i, other in zip(found.intervals, alone.intervals, strict=True):
         assert i.lower <= TRUTH[i.name] <= i.upper
-        assert i.width < other.width
+        assert i.width < (1 + 1e-4) * other.width  # where the longest part decides an end, it is proven once more
 
 
 def test_every_sample_of_a_file_is_a_measured_one(tmp_path):
