@@ -46,10 +46,11 @@ class Emptiness:
     def sentence(self) -> str:
         """The proof in words."""
         carried = ", ".join(str(sample) for sample, _ in self.samples)
+        influential = "samples are" if len(self.samples) > 1 else "sample is"
         return (
             f"Proven: no parameters of the base model explain samples {self.first} to {self.last} of {self.experiment} "
             f"within {self.noise_bound:g} {self.unit}".rstrip()
-            + f" ({ASSUMED}); the most influential samples are {carried}."
+            + f" ({ASSUMED}); the most influential {influential} {carried}."
         )
 
     @staticmethod

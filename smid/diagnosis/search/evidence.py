@@ -7,7 +7,8 @@ r"""The merit of a set of effects: the log evidence of the record, every sample 
 The first line is the predictive density of the blocks of `Record.folds`; samples that are never left out count by the
 fit of all.  A fit without a block is a step of Gauss and Newton from the fit of all samples.  H is the information of
 the record about the fitted numbers and D their deviations before the record was seen: those of the box for an effect's
-parameters, the information of one sample for all other numbers.  All sets share one noise model.
+parameters, the information of one sample for all other numbers.  All sets share one noise model, of which a noise bound
+is a part (`smid.diagnosis.search.within_bound`).
 
 References: MacKay, Neural Computation 4 (1992) 415-447 (evidence, Occam's factor); Kass and Wasserman, Journal of the
 American Statistical Association 90 (1995) 928-934 (the information of one sample as prior); Geisser and Eddy, ibid. 74
@@ -47,7 +48,7 @@ class Evidence:
     occam
         Occam's factor in it, in nats.
     vector, deviation
-        Shape (n_free,). The fitted numbers, likeliest under the noise model, and their deviations.
+        Shape (n_free,). The fitted numbers, likeliest under the noise model, and their deviations without noise bound.
     """
 
     value: float
@@ -111,6 +112,10 @@ class _Seen:
                 for p in self.parts
             )
         )
+
+    def without_bound(self) -> _Seen:
+        """Return what is seen where nothing is known of a noise bound."""
+        return _Seen(tuple(replace(p, within=None) for p in self.parts))
 
     def likelihood(self, without: int | None = None) -> float:
         """Return the log density of all errors, or of those without a block."""
@@ -226,9 +231,11 @@ def evidence(record: Record, noise: NoiseModel, fit: Fit, boxes: Mapping[str, fl
     for fold in range(FOLDS):
         _, reached = _step(seen, after, before, fold)
         value += reached.blurred(seen.spreads(before, fold)).of_block(fold) - seen.of_block(fold)
-    updated = _updated(information, before)
-    deviation = before * np.sqrt(np.maximum(np.diag(np.linalg.inv(updated)), 0.0))
-    return Evidence(value - _occam(updated), _occam(updated), vector, deviation)
+    occam = _occam(_updated(information, before))
+    # Laws that are nearly right put the edges of a noise bound in a wrong place: intervals do not rest on them.
+    _, plain = seen.without_bound().normal()
+    deviation = before * np.sqrt(np.maximum(np.diag(np.linalg.inv(_updated(plain, before))), 0.0))
+    return Evidence(value - occam, occam, vector, deviation)
 
 
 def _step(
