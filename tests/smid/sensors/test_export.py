@@ -113,11 +113,12 @@ def compiled(sensor, folder):
 @pytest.mark.parametrize("name", SENSORS)
 def test_c_says_what_predict_says(trained, name, tmp_path):
     sensor = trained[name]
+    run = compiled(sensor, tmp_path)
     for record in ("20C_step_b", "60C_ramp_b"):
         data = load_clutch(record).crop(0, 3000)
         samples = np.stack([data.values(s.name) for s in sensor.trained_on.inputs], axis=1)
         said = sensor.predict(data)
-        found = compiled(sensor, tmp_path)(samples)
+        found = run(samples)
         expected = np.stack([said.position[0], said.lower[0], said.upper[0]], axis=1)
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * max(1.0, np.abs(expected).max()))
 
@@ -132,39 +133,39 @@ def test_c_without_error_bound(trained, tmp_path):
     )
 
 
-def bridges_as_the_stream_does(sensor, folder):
+def bridges_as_the_stream_does(sensor, run):
     """Compare the exported C with the stream, where 10 % of the samples and a part are lost."""
-    run = load_clutch("20C_step_b").crop(300, 620).experiments[0]
+    record = load_clutch("20C_step_b").crop(300, 620).experiments[0]
     names = [signal.name for signal in sensor.trained_on.inputs]
-    samples = np.stack([run.values[n] for n in names], axis=1)
+    samples = np.stack([record.values[n] for n in names], axis=1)
     generator = np.random.default_rng(11)
     samples[1:][generator.random((319, len(names))) < 0.1] = np.nan
     samples[200:230] = np.nan  # longer than the window
     stream = sensor.stream()
     said = [stream.update(0.002 * k, **dict(zip(names, row, strict=True))) for k, row in enumerate(samples)]
     expected = np.array([(now.position, now.lower, now.upper) for now in said])
-    np.testing.assert_allclose(
-        compiled(sensor, folder)(samples), expected, rtol=0, atol=1e-12 * max(1.0, np.abs(expected).max())
-    )
+    np.testing.assert_allclose(run(samples), expected, rtol=0, atol=1e-12 * max(1.0, np.abs(expected).max()))
 
 
 @needs_compiler
 @pytest.mark.parametrize(("name", "bounded"), [*((name, True) for name in SENSORS), ("PTX", False)])
 def test_c_bridges_lost_samples_as_the_stream_does(trained, name, bounded, tmp_path):
-    bridges_as_the_stream_does(trained[name] if bounded else trained[name].sensor, tmp_path)
+    sensor = trained[name] if bounded else trained[name].sensor
+    bridges_as_the_stream_does(sensor, compiled(sensor, tmp_path))
 
 
 @needs_compiler
 @pytest.mark.parametrize("effects", STRONG)
 def test_c_holds_each_effect_where_it_is_strong(trained, effects, tmp_path):
     sensor = with_strong(trained["PTX"], effects)
-    bridges_as_the_stream_does(sensor, tmp_path)
+    run = compiled(sensor, tmp_path)
+    bridges_as_the_stream_does(sensor, run)
     data = load_clutch("60C_ramp_b").crop(0, 3000)
     samples = np.stack([data.values(s.name) for s in sensor.trained_on.inputs], axis=1)
     expected = sensor.predict(data).position[0]
     without = with_strong(trained["PTX"], ()).predict(data).position[0]
     assert np.abs(expected - without).max() > 0.01
-    np.testing.assert_allclose(compiled(sensor, tmp_path)(samples)[:, 0], expected, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(run(samples)[:, 0], expected, rtol=0, atol=1e-11)
 
 
 def test_what_c_cannot_hold(trained, tmp_path):
