@@ -442,7 +442,7 @@ def _base(model: Model, record: Record) -> Base:
 def _glitches(record: Record, fitted: Fit, chosen: Sequence[Effect]) -> tuple[Effect, Detection] | None:
     """Return the glitches that a fit shows; None where there are none, or no effect detects them."""
     # Samples that do not count may be the glitches.
-    site = replace(record.site(fitted), residual=record.residual(fitted))
+    site = Site(record.data, record.input, record.output, record.residual(fitted))
     found = _glitches_in(site, fitted.model, chosen)
     return None if isinstance(found, Failure) else found
 

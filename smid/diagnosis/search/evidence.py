@@ -17,7 +17,7 @@ American Statistical Association 90 (1995) 928-934 (the information of one sampl
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -130,20 +130,6 @@ class _Seen:
         gradients, informations = zip(*(p.normal(p.folds != without) for p in self.parts), strict=True)
         return np.asarray(sum(gradients)), np.asarray(sum(informations))
 
-    def spreads(self, before: Array, without: int) -> list[Array]:
-        """Return the deviation of each predicted output where the fitted numbers are known without a block only."""
-        covariance = before[:, None] * np.linalg.inv(_updated(self.normal(without)[1], before)) * before
-        return [np.sqrt(np.maximum(np.sum(p.raw @ covariance * p.raw, axis=1), 0.0)) for p in self.parts]
-
-    def blurred(self, spreads: Sequence[Array]) -> _Seen:
-        """Return what is seen where predictions are off by so much, in addition, at the noise bound."""
-        return _Seen(
-            tuple(
-                replace(p, within=p.within and replace(p.within, blur=np.hypot(p.within.blur, spread)))
-                for p, spread in zip(self.parts, spreads, strict=True)
-            )
-        )
-
 
 def _seen(record: Record, noise: NoiseModel, errors: Errors) -> _Seen:
     counted = record.counted(noise.past)
@@ -230,12 +216,27 @@ def evidence(record: Record, noise: NoiseModel, fit: Fit, boxes: Mapping[str, fl
     value = seen.likelihood()
     for fold in range(FOLDS):
         _, reached = _step(seen, after, before, fold)
-        value += reached.blurred(seen.spreads(before, fold)).of_block(fold) - seen.of_block(fold)
+        value += _blurred(reached, seen, before, fold).of_block(fold) - seen.of_block(fold)
     occam = _occam(_updated(information, before))
     # Laws that are nearly right put the edges of a noise bound in a wrong place: intervals do not rest on them.
     _, plain = seen.without_bound().normal()
     deviation = before * np.sqrt(np.maximum(np.diag(np.linalg.inv(_updated(plain, before))), 0.0))
     return Evidence(value - occam, occam, vector, deviation)
+
+
+def _blurred(reached: _Seen, seen: _Seen, before: Array, without: int) -> _Seen:
+    """Return what is seen where a noise bound is blurred by what numbers that are fitted without a block are off by."""
+    if all(p.within is None for p in seen.parts):
+        return reached
+    _, information = seen.normal(without)
+    covariance = before[:, None] * np.linalg.inv(_updated(information, before)) * before
+    spreads = [np.sqrt(np.maximum(np.sum(p.raw @ covariance * p.raw, axis=1), 0.0)) for p in seen.parts]
+    return _Seen(
+        tuple(
+            replace(p, within=p.within and replace(p.within, blur=np.hypot(p.within.blur, spread)))
+            for p, spread in zip(reached.parts, spreads, strict=True)
+        )
+    )
 
 
 def _step(
