@@ -24,6 +24,7 @@ from smid.networks import NormalEquations, sum_normal_equations
 __all__ = ["HybridError", "hybrid_error"]
 
 _INSENSITIVE = 1e-8  # smallest slope to scale by, in standard deviations of the output
+_LARGEST = 1e100  # slopes beyond are of a run that diverges, and count as zero: their squares would overflow
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +76,9 @@ class HybridError:
     def normal_equations(self, theta: Array) -> NormalEquations:
         """Return the normal equations."""
         vector = self.vector(theta)
-        jacobian = np.nan_to_num(self.fitting.jacobian(vector) * self.units, posinf=0.0, neginf=0.0)
+        with np.errstate(all="ignore"):  # slopes of a run that is about to diverge
+            slopes = self.fitting.jacobian(vector) * self.units
+        jacobian = np.where(np.abs(slopes) < _LARGEST, slopes, 0.0)
         plain = sum_normal_equations([(self.fitting.residual(vector), jacobian)])
         return replace(
             plain,

@@ -9,20 +9,46 @@ from matplotlib.figure import Figure
 
 from smid.display.style import BLUE, GREEN, GRID, INK, ORANGE, RED, SKY, WIDTH, style
 from smid.hybrid.estimate import ERRORS
-from smid.theses.hybrid.reactor.records import SAMPLING_TIME
+from smid.theses.hybrid.reactor.records import SAMPLING_TIME, SIGNALS, reactor_record
 
 if TYPE_CHECKING:
     from smid.theses.hybrid.reactor.conditions import OtherConditions
     from smid.theses.hybrid.reactor.output_errors import OutputErrors
     from smid.theses.hybrid.reactor.requirements import RequirementStudy
 
-__all__ = ["mismatch_figure", "output_error_figure", "requirement_figure", "training_figure"]
+__all__ = ["mismatch_figure", "output_error_figure", "records_figure", "requirement_figure", "training_figure"]
 
 _TITLES = {"prediction": "trained one step ahead", "simulation": "trained in free run"}
 _COLOURS = (RED, BLUE, ORANGE, SKY, GREEN, INK)
 _SMALLEST, _LARGEST = 1e-6, 10.0
 _ACROSS = 3  # panels
+_SHOWN = 100  # s, of figure 6.1
 _DRAWN = {"first principles": "--", "series, extra": "-", "parallel, as analysed": ":", "network alone": "-."}
+
+
+def records_figure(plant: str) -> Figure:
+    """Draw input and output of a plant under each of the thesis's inputs, as in figure 6.1."""
+    rows = -(-len(SIGNALS) // _ACROSS)
+    with style():
+        figure = Figure(figsize=(WIDTH, 0.4 + 1.6 * rows), layout="constrained")
+        panels = figure.subplots(rows, _ACROSS, sharex=True, sharey=True)
+        for axes in panels.flat[len(SIGNALS) :]:
+            axes.set_axis_off()
+        for axes, signal in zip(panels.flat, SIGNALS, strict=False):
+            record = reactor_record(plant, signal)
+            time = SAMPLING_TIME * np.arange(record.n_samples)
+            axes.step(time, record.values("u"), where="post", color=ORANGE, linewidth=0.9, label="input")
+            axes.plot(time, record.values("y"), color=BLUE, label="output")
+            axes.set_title(signal.replace("_", " ").replace("qprts", "QPRTS"), loc="left", fontsize=8)
+            axes.set(xlim=(0, _SHOWN))
+            axes.grid(True, linewidth=0.4, color=GRID)
+        for axes in panels.flat[len(SIGNALS) - _ACROSS : len(SIGNALS)]:
+            axes.set_xlabel("time [s]")
+            axes.tick_params(labelbottom=True)
+        figure.supylabel("concentration [mol/m³]", fontsize=8)
+        handles, labels = panels[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=2)
+    return figure
 
 
 def output_error_figure(study: OutputErrors) -> Figure:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 from relaxations.deadline import Progress
 from smid.data import Dataset
@@ -11,6 +12,7 @@ from smid.display.result import plain
 from smid.models import ModelError
 from smid.theses.chapter import Chapter, Drawing, Topic
 from smid.theses.hybrid.reactor.conditions import OtherConditions, other_conditions
+from smid.theses.hybrid.reactor.figures import records_figure
 from smid.theses.hybrid.reactor.output_errors import OutputErrors, output_errors
 from smid.theses.hybrid.reactor.records import reactor_record
 from smid.theses.hybrid.reactor.requirements import RequirementStudy, requirement_study
@@ -54,6 +56,12 @@ class ReactorStudy(Chapter):
 
     def topics(self) -> Iterator[Topic]:
         """Return one section per study."""
+        plant = self.errors.plants[0]
+        yield Topic(
+            "The inputs",
+            "Each input, and what the concentration does under it.",
+            Drawing(partial(records_figure, plant), f"Figure 6.1: the plant '{plant}' under each input."),
+        )
         yield Topic(
             "Table 5: largest output errors",
             "A series network with simple back couplings cannot compensate the model's dynamics, because it does not "
