@@ -225,14 +225,23 @@ class _Stages:
         return with_penalty(plain, groups, [self.penalty] * len(groups))
 
     def begin(self, values: Mapping[str, float], error: str) -> Mapping[str, float]:
-        """Return the better start of a free-run fit: the result of the prediction fit, or the first point."""
+        """Return a start of a free-run fit: of the points of a prediction fit, the one with the best free run."""
         if error == "prediction" or has_sensor_curve(self.hybrid.model):
             return values
-        first = self.problem("prediction", values)
-        descent = descend(self.method, first, first.theta(values), iterations=self.iterations, patience=self.iterations)
-        free_run = self.fitting("simulation")
-        points = [{**values, **first.values(descent.theta)}, dict(values)]
-        return min(points, key=lambda point: _mean_square(free_run, free_run.start(point)))
+        first, free_run = self.problem("prediction", values), self.fitting("simulation")
+
+        def known(theta: Array) -> dict[str, float]:
+            return {**values, **first.values(theta)}
+
+        descent = descend(
+            self.method,
+            first,
+            first.theta(values),
+            validation=lambda theta: _mean_square(free_run, free_run.start(known(theta))),
+            iterations=self.iterations,
+            patience=self.iterations,
+        )
+        return known(descent.theta)
 
 
 def _mean_square(fitting: Fitting, vector: Array) -> float:

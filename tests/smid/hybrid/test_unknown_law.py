@@ -24,6 +24,15 @@ def test_the_heat_loss_of_a_tank_gets_its_name(name, outputs):
     assert "has learned" in law.sentence
 
 
+def test_a_network_of_three_hundred_weights_learns_the_law():
+    """One step ahead they fit the noise: the free run has to begin where it does not run away."""
+    data = tank_record(LAWS["power_law"], 1, n=400)
+    found = estimate(tank_model(hidden=(100,)), data, starts=1, iterations=30, seed=1)
+    assert found.fit.n_free > 300
+    curve = learned_curve(found)
+    np.testing.assert_allclose(curve.y, LAWS["power_law"](curve.x), rtol=0.08)
+
+
 def test_friction_is_read_as_dry_friction_and_drag():
     def friction(v):
         return 0.4 * np.tanh(v / 0.02) + 0.25 * v * np.abs(v)
