@@ -81,3 +81,11 @@ def test_only_what_holds_no_point_is_proven_empty_and_all_of_it() -> None:
         if found.empty and found.proof[-1].unknown == NOTHING:
             assert proven(rows, found.proof[-1]) > 0
     assert set(verdicts) == {(True, False), (False, True)}
+
+
+def test_a_program_that_the_solver_refuses_proves_nothing() -> None:
+    """A row that lies beyond what the solver takes for infinite leaves no multipliers."""
+    slopes = sparse.csr_array(np.array([[1.0, 0.5], [1.0, -1.0]]))
+    program = Program(Rows(np.array([1e20, 0.0]), np.ones(2), slopes, np.zeros((2, 4), np.int64), -1))
+    assert program.end(0, 1) is None
+    assert program.emptiness() is None
