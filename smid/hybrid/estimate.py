@@ -21,6 +21,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +33,7 @@ from smid.hybrid.analysis import required
 from smid.hybrid.back_couplings import warn_of_few_couplings
 from smid.hybrid.hybrid_estimate import HybridEstimate
 from smid.hybrid.hybrid_model import HybridModel, bound_to
-from smid.hybrid.problem import HybridError, hybrid_error
+from smid.hybrid.problem import HybridError, hybrid_error, output_slopes
 from smid.hybrid.regularisation import FIRST, regularised, weight_groups, with_penalty
 from smid.hybrid.scaled_start import ahead_of, first_principles, has_sensor_curve, hidden_weights, scaled
 from smid.hybrid.trained_range import network_inputs, trained_ranges
@@ -225,23 +226,28 @@ class _Stages:
         return with_penalty(plain, groups, [self.penalty] * len(groups))
 
     def begin(self, values: Mapping[str, float], error: str) -> Mapping[str, float]:
-        """Return a start of a free-run fit: of the points of a prediction fit, the one with the best free run."""
+        """Return a start of a free-run fit: where a prediction fit ends, or its best point if the run there is bad."""
         if error == "prediction" or has_sensor_curve(self.hybrid.model):
             return values
         first, free_run = self.problem("prediction", values), self.fitting("simulation")
+        start = first.theta(values)
 
         def known(theta: Array) -> dict[str, float]:
             return {**values, **first.values(theta)}
 
-        descent = descend(
-            self.method,
-            first,
-            first.theta(values),
-            validation=lambda theta: _mean_square(free_run, free_run.start(known(theta))),
-            iterations=self.iterations,
-            patience=self.iterations,
-        )
-        return known(descent.theta)
+        def run_error(theta: Array) -> float:
+            return _run_error(free_run, free_run.start(known(theta)))
+
+        fit = partial(descend, self.method, first, start, iterations=self.iterations, patience=self.iterations)
+        end = fit().theta
+        return known(end if run_error(end) < run_error(start) else fit(validation=run_error).theta)
+
+
+def _run_error(fitting: Fitting, vector: Array) -> float:
+    """Return the mean square of a free run; infinite where the rounding of the fitted numbers decides it."""
+    slopes = output_slopes(fitting, vector)
+    decided = slopes is not None and np.finfo(float).eps * np.max(slopes * np.abs(vector)) < 1.0
+    return _mean_square(fitting, vector) if decided else np.inf
 
 
 def _mean_square(fitting: Fitting, vector: Array) -> float:
