@@ -89,7 +89,7 @@ def search(
     leader = EffectSet((), base.fit, base.errors)
     kept = _Kept(base, {leader.names: leader}, {})
     parts: dict[EffectSet, list[EffectSet]] = {leader: []}
-    grown: set[tuple[str, ...]] = set()
+    grown: dict[tuple[str, ...], EffectSet] = {}
     heard: set[EffectSet] = set()
     ranked = ranking.rank(kept.sets.values())
     say = progress or (lambda _line: None)
@@ -108,9 +108,9 @@ def search(
                 kept.add(parts[best])
                 continue
             worth = [*parts[best], best, *_widest(ranked), *(v.effects for v in _ahead_of_their_parts(ranked))]
-            todo = next((s for s in worth if s.names not in grown and not s.detected and len(s.trials) < MOST), None)
+            todo = next((s for s in worth if not s.detected and len(s.trials) < MOST and _is_new(s, grown, base)), None)
             if todo is not None:
-                grown.add(todo.names)
+                grown[todo.names] = todo
                 say(f"trying {len(fitted)} effects on {', '.join(todo.names) or 'the base model'}")
                 new = enlarged(todo, base, fitted, executor, say)
                 kept.add(new)
@@ -128,6 +128,12 @@ def search(
                 kept.add(with_noise_effects(one, record, base.fit, effects))
     except (TimeIsUp, KeyboardInterrupt):
         return Found(ranked, _led(parts), kept.failed, True)
+
+
+def _is_new(one: EffectSet, grown: Mapping[tuple[str, ...], EffectSet], base: Base) -> bool:
+    """Return whether a set has not been grown, or only from a fit that was worse by more than `REACH`."""
+    before = grown.get(one.names)
+    return before is None or criterion(one, base) < criterion(before, base) - 2 * REACH
 
 
 def _led(parts: Mapping[EffectSet, object]) -> frozenset[str]:
