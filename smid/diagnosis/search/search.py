@@ -9,7 +9,8 @@ effect on it, each time with a joint fit of everything from several starts.  Wor
 3. of each size below that of the best set, the `WIDTH` best sets: the first effect found need not be one of several;
 4. sets within `REACH` of it that are better than each of their parts.
 
-The parts are fitted with the best set, so that an effect that is not needed drops out. In the `WIDTH` sets of each step
+The parts are fitted with the best set, so that an effect that is not needed drops out. A set whose fit becomes much
+better is grown anew. In the `WIDTH` sets of each step
 that fit best, each effect is put on anew beside the others, so that none keeps a variant that was the best alone. A
 variant that fits as well as the best is kept beside it: the next effect may tell them apart. The search ends where
 nothing is left to grow.  Nine numbers steer it: `WIDTH`, `MOST` effects in a set, `REACH`, `FOLDS` blocks left out in
@@ -108,7 +109,7 @@ def search(
                 kept.add(parts[best])
                 continue
             worth = [*parts[best], best, *_widest(ranked), *(v.effects for v in _ahead_of_their_parts(ranked))]
-            todo = next((s for s in worth if not s.detected and len(s.trials) < MOST and _is_new(s, grown, base)), None)
+            todo = next((s for s in worth if not s.detected and len(s.trials) < MOST and is_new(s, grown, base)), None)
             if todo is not None:
                 grown[todo.names] = todo
                 say(f"trying {len(fitted)} effects on {', '.join(todo.names) or 'the base model'}")
@@ -130,7 +131,7 @@ def search(
         return Found(ranked, _led(parts), kept.failed, True)
 
 
-def _is_new(one: EffectSet, grown: Mapping[tuple[str, ...], EffectSet], base: Base) -> bool:
+def is_new(one: EffectSet, grown: Mapping[tuple[str, ...], EffectSet], base: Base) -> bool:
     """Return whether a set has not been grown, or only from a fit that was worse by more than `REACH`."""
     before = grown.get(one.names)
     return before is None or criterion(one, base) < criterion(before, base) - 2 * REACH
