@@ -25,7 +25,8 @@ def test_errors_have_a_density(blur: float, deviation: float, expected: float) -
     within = WithinBound(1.0, blur)
     errors = np.linspace(-30 - 10 * deviation, 30 + 10 * deviation, 20001)
     plain = t.pdf((errors - expected) / deviation, TAIL) / deviation
-    total = np.trapezoid(plain * np.exp(within.log_density(errors, *(np.full_like(errors, x) for x in (expected, deviation)))), errors)
+    means, deviations = (np.full_like(errors, x) for x in (expected, deviation))
+    total = np.trapezoid(plain * np.exp(within.log_density(errors, means, deviations)), errors)
     assert total <= 1.1
     assert total >= 0.9 or abs(expected) > 1.0
 
