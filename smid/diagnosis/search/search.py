@@ -10,12 +10,12 @@ effect on it, each time with a joint fit of everything from several starts.  Wor
 4. sets within `REACH` of it that are better than each of their parts.
 
 The parts are fitted with the best set, so that an effect that is not needed drops out. A set whose fit becomes much
-better is grown anew. In the `WIDTH` sets of each step
-that fit best, each effect is put on anew beside the others, so that none keeps a variant that was the best alone. A
-variant that fits as well as the best is kept beside it: the next effect may tell them apart. The search ends where
-nothing is left to grow.  Nine numbers steer it: `WIDTH`, `MOST` effects in a set, `REACH`, `FOLDS` blocks left out in
-turn, `TAIL` degrees of freedom of the noise, `DISCREPANCY`, what laws may leave, `OFF`, by how much errors may exceed a
-noise bound, `SCREEN`, what an effect has to promise, and `HALVING`, one in how many is fitted to the end.
+better is grown anew. In the `WIDTH` sets of each step that fit best, each effect is put on anew beside the others, so
+that none keeps a variant that was the best alone. A variant that fits as well as the best is kept beside it: the next
+effect may tell them apart. The search ends where nothing is left to grow. Nine numbers steer it: `WIDTH`, `MOST`
+effects in a set, `REACH`, `FOLDS` blocks left out in turn, `TAIL` degrees of freedom of the noise, `DISCREPANCY`, what
+laws may leave, `OFF`, by how much errors may exceed a noise bound, `SCREEN`, what an effect has to promise, and
+`HALVING`, one in how many is fitted to the end.
 """
 
 from __future__ import annotations
