@@ -400,7 +400,7 @@ def _case(
         # A decoy of the kind that the case does not use, or by chance the only one of its kind.
         if "temperature" not in others and rng.random() < 0.5:
             others["temperature"] = slow_channel(rng, n)
-        elif "flow" not in others:
+        elif not {"flow", "inflow"} & set(others):
             others["flow"] = float(rng.uniform(0.3, 30.0)) * make_signal("held_noise", rng, n, plant.tempo)
     sensors = {plant.output: y}
     model = base_model(plant, setting.fixed, physical=bool(rng.random() < 0.4))

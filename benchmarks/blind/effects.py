@@ -351,7 +351,7 @@ def missing_input(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> T
         size = float(rng.choice([-1, 1])) * _between(rng, 0.08, 0.4) * drive
         held = np.repeat(size * wave, SUBSTEPS)
         twist = _after_drive(twist, lambda v: v + held)
-    return replace(twist, channels={**twist.channels, "flow": unit * wave})
+    return replace(twist, channels={**twist.channels, "inflow": unit * wave})
 
 
 def periodic_disturbance(rng: Rng, plant: Plant, u: Array, y: Array, twist: Twist) -> Twist:

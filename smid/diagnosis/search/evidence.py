@@ -66,18 +66,18 @@ class _Part:
     raw: Array  # derivatives of the errors by the fitted numbers, shape (n, n_free)
     slopes: Array  # the same of the innovations
     folds: Array
-    deviation: float  # of the innovations, in the channel's unit
+    deviations: Array  # of the innovations, in the channel's unit
     within: WithinBound | None
 
     @cached_property
     def likelihood(self) -> Array:
         """Log density of each error, shape (n,)."""
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # a step may lead to a run that diverges
-            plain = log_density(self.innovations) - np.log(self.deviation)
+            plain = log_density(self.innovations) - np.log(self.deviations)
             if self.within is None:
                 return np.asarray(plain)
-            expected = self.errors - self.deviation * self.innovations
-            return np.asarray(plain + self.within.log_density(self.errors, expected, self.deviation))
+            expected = self.errors - self.deviations * self.innovations
+            return np.asarray(plain + self.within.log_density(self.errors, expected, self.deviations))
 
     def normal(self, kept: Mask) -> tuple[Array, Array]:
         """Return gradient and information of minus the log likelihood of the kept errors, by Gauss and Newton."""
@@ -132,15 +132,17 @@ class _Seen:
 
 
 def _seen(record: Record, noise: NoiseModel, errors: Errors) -> _Seen:
-    counted = record.counted(noise.past)
     parts = []
     for e, channel, error, slope in errors:
-        kept = counted[e][: len(error)]
+        kept, latest = (np.flatnonzero(record.used[e][: len(error)]), record.latest[e][: len(error)])
+        if not kept.size:
+            continue
+        places = kept - kept[0]
         with np.errstate(over="ignore", invalid="ignore"):  # a run may diverge
-            innovations, slopes = (noise.innovations(channel, item)[kept] for item in (error, slope))
-        folds, deviation = record.folds[e][: len(error)][kept], 1.0 / noise.taps[channel][0]
+            innovations, slopes = (noise.innovations(channel, x[latest[kept[0] :]])[places] for x in (error, slope))
+        folds, deviations = record.folds[e][kept], noise.deviations(channel, len(error))[places]
         within = noise.within.get(channel)
-        parts.append(_Part(error[kept], innovations, slope[kept], slopes, folds, deviation, within))
+        parts.append(_Part(error[kept], innovations, slope[kept], slopes, folds, deviations, within))
     return _Seen(tuple(parts))
 
 

@@ -50,17 +50,20 @@ class NoiseModel:
     price: float = 0.0
     within: Mapping[str, WithinBound] = field(default_factory=dict)
 
-    @property
-    def past(self) -> int:
-        """Samples before the present one that the innovations need."""
-        return max(len(taps) for taps in self.taps.values()) - 1
-
     def innovations(self, channel: str, errors: Array) -> Array:
-        """Return the innovations of errors, shape (n, ...), in the channel's unit."""
+        """Return the innovations of errors from the first one on, shape (n, ...), in the channel's unit."""
+        *first, taps = _predictors(self.taps[channel])
         result = np.zeros_like(errors)
-        for lag, tap in enumerate(self.taps[channel]):
+        for lag, tap in enumerate(taps):
             result[lag:] += tap * errors[: len(errors) - lag]
+        for k, few in enumerate(first[: len(errors)]):
+            result[k] = np.tensordot(few, errors[k::-1], 1)
         return result
+
+    def deviations(self, channel: str, n: int) -> Array:
+        """Return the deviation of each of the first n errors from what those before it tell, shape (n,)."""
+        *first, taps = (1.0 / few[0] for few in _predictors(self.taps[channel]))
+        return np.asarray([*first, *[taps] * n])[:n]
 
 
 def noise_model(errors: Errors, used: Sequence[Mask], base: Errors = ()) -> NoiseModel:
@@ -79,6 +82,21 @@ def noise_model(errors: Errors, used: Sequence[Mask], base: Errors = ()) -> Nois
     taps = {channel: _taps(parts, missed.get(channel, [])) for channel, parts in left.items()}
     price = sum(0.5 * len(taps[c]) * np.log(sum(int(m.sum()) for _, m in parts)) for c, parts in left.items())
     return NoiseModel(taps, float(price))
+
+
+def _predictors(taps: Array) -> list[Array]:
+    """Return the taps for the first errors, of which few are known before, and for all others.
+
+    Levinson's recursion backwards: those of each smaller order, in the same units.
+    """
+    found = [taps]
+    while len(found[0]) > 1:
+        coefficients, deviation = found[0] / found[0][0], 1.0 / found[0][0]
+        reflection = coefficients[-1]
+        left = 1.0 - reflection**2
+        fewer = (coefficients - reflection * coefficients[::-1])[:-1] / left
+        found.insert(0, fewer / (deviation / np.sqrt(left)))
+    return found
 
 
 _Bridged = list[tuple[Array, Mask]]

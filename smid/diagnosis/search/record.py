@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array, Mask
+from relaxations.algebra.arrays import Array, Index, Mask
 from smid.data import Dataset
 from smid.diagnosis.effects.effect import Site
 from smid.fitting.fit import Fit
@@ -48,9 +48,11 @@ class Record:
             done += n - first
         return tuple(folds)
 
-    def counted(self, past: int) -> tuple[Mask, ...]:
-        """Return, per experiment, the samples that count together with the given number of samples before them."""
-        return tuple(np.convolve(u, np.ones(past + 1))[: u.size] > past + 0.5 for u in self.used)
+    @cached_property
+    def latest(self) -> tuple[Index, ...]:
+        """Per experiment and sample, the last one so far that counts; the first one where there is none before."""
+        numbers = (np.where(u, np.arange(u.size), np.argmax(u)) for u in self.used)
+        return tuple(np.maximum.accumulate(n) for n in numbers)
 
     def residual(self, fit: Fit) -> tuple[Array, ...]:
         """Return measured minus simulated main output of a fit, per experiment."""

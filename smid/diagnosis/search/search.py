@@ -9,12 +9,13 @@ effect on it, each time with a joint fit of everything from several starts.  Wor
 3. of each size below that of the best set, the `WIDTH` best sets: the first effect found need not be one of several;
 4. sets within `REACH` of it that are better than each of their parts.
 
-The parts are fitted with the best set, so that an effect that is not needed drops out. In the `WIDTH` sets of each step
-that fit best, each effect is put on anew beside the others, so that none keeps a variant that was the best alone. A
-variant that fits as well as the best is kept beside it: the next effect may tell them apart. The search ends where
-nothing is left to grow.  Nine numbers steer it: `WIDTH`, `MOST` effects in a set, `REACH`, `FOLDS` blocks left out in
-turn, `TAIL` degrees of freedom of the noise, `DISCREPANCY`, what laws may leave, `OFF`, by how much errors may exceed a
-noise bound, `SCREEN`, what an effect has to promise, and `HALVING`, one in how many is fitted to the end.
+The parts are fitted with the best set, so that an effect that is not needed drops out. A set whose fit becomes much
+better is grown anew. In the `WIDTH` sets of each step that fit best, each effect is put on anew beside the others, so
+that none keeps a variant that was the best alone. A variant that fits as well as the best is kept beside it: the next
+effect may tell them apart. The search ends where nothing is left to grow. Nine numbers steer it: `WIDTH`, `MOST`
+effects in a set, `REACH`, `FOLDS` blocks left out in turn, `TAIL` degrees of freedom of the noise, `DISCREPANCY`, what
+laws may leave, `OFF`, by how much errors may exceed a noise bound, `SCREEN`, what an effect has to promise, and
+`HALVING`, one in how many is fitted to the end.
 """
 
 from __future__ import annotations
@@ -89,7 +90,7 @@ def search(
     leader = EffectSet((), base.fit, base.errors)
     kept = _Kept(base, {leader.names: leader}, {})
     parts: dict[EffectSet, list[EffectSet]] = {leader: []}
-    grown: set[tuple[str, ...]] = set()
+    grown: dict[tuple[str, ...], EffectSet] = {}
     heard: set[EffectSet] = set()
     ranked = ranking.rank(kept.sets.values())
     say = progress or (lambda _line: None)
@@ -108,9 +109,9 @@ def search(
                 kept.add(parts[best])
                 continue
             worth = [*parts[best], best, *_widest(ranked), *(v.effects for v in _ahead_of_their_parts(ranked))]
-            todo = next((s for s in worth if s.names not in grown and not s.detected and len(s.trials) < MOST), None)
+            todo = next((s for s in worth if not s.detected and len(s.trials) < MOST and is_new(s, grown, base)), None)
             if todo is not None:
-                grown.add(todo.names)
+                grown[todo.names] = todo
                 say(f"trying {len(fitted)} effects on {', '.join(todo.names) or 'the base model'}")
                 new = enlarged(todo, base, fitted, executor, say)
                 kept.add(new)
@@ -128,6 +129,12 @@ def search(
                 kept.add(with_noise_effects(one, record, base.fit, effects))
     except (TimeIsUp, KeyboardInterrupt):
         return Found(ranked, _led(parts), kept.failed, True)
+
+
+def is_new(one: EffectSet, grown: Mapping[tuple[str, ...], EffectSet], base: Base) -> bool:
+    """Return whether a set has not been grown, or only from a fit that was worse by more than `REACH`."""
+    before = grown.get(one.names)
+    return before is None or criterion(one, base) < criterion(before, base) - 2 * REACH
 
 
 def _led(parts: Mapping[EffectSet, object]) -> frozenset[str]:

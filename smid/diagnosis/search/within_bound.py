@@ -35,17 +35,15 @@ class WithinBound:
     bound: float
     blur: float | Array
 
-    def log_density(self, errors: Array, expected: Array, deviation: float) -> Array:
+    def log_density(self, errors: Array, expected: Array, deviations: Array) -> Array:
         """Return what the bound adds to the log density of each error, shape (n,).
 
         Parameters
         ----------
-        errors, expected
-            Shape (n,). The errors, and what their past tells of them.
-        deviation
-            Of the errors from what is expected.
+        errors, expected, deviations
+            Shape (n,). The errors, what their past tells of them, and their deviations from that.
         """
-        size, spread = np.abs(expected), np.hypot(self.blur, deviation)
+        size, spread = np.abs(expected), np.hypot(self.blur, deviations)
         possible = log_probability((-self.bound - size) / spread, (self.bound - size) / spread)
         return _log_probability(errors, self.bound, self.blur) - possible
 

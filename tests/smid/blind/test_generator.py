@@ -106,6 +106,21 @@ def test_every_effect_changes_every_plant_it_is_drawn_on(name: str) -> None:
             assert rms(y - base) > 1e-3 * np.std(base), plant_name
 
 
+def test_no_effect_takes_the_channel_of_another() -> None:
+    """Two effects in one case would otherwise leave one without what it acts by."""
+    brought: dict[str, set[str]] = {}
+    for name, effect in EFFECTS.items():
+        rng = np.random.default_rng(6)
+        for plant_name in effect.plants * 3:
+            plant = draw_plant(rng, plant_name, effect.needs)
+            u = plant.low + (plant.high - plant.low) * (1 + make_signal("noisy_staircase", rng, 300, plant.tempo)) / 2
+            twist = effect.build(rng, plant, u, simulate(plant, Twist(), u), Twist())
+            for channel in twist.channels:
+                brought.setdefault(channel, set()).add(name)
+    assert {"flow", "inflow", "temperature", "load"} <= set(brought)
+    assert all(len(names) == 1 for names in brought.values()), brought
+
+
 def test_noise_lies_within_its_bound_and_fills_it(singles: list[Case]) -> None:
     for case in singles:
         assert np.max(np.abs(case.noise)) <= case.noise_bound

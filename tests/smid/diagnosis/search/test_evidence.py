@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import toeplitz
+from scipy.signal import lfilter
 
 from smid import OutputError
 from smid.diagnosis.effects import sensor_bias
@@ -30,7 +32,7 @@ def test_the_noise_model_whitens_coloured_noise_to_deviation_one():
         noise[k] = 0.9 * noise[k - 1] + 0.3 * e
     errors = ((0, "y", noise, np.empty((4000, 0))),)
     model = noise_model(errors, (np.ones(4000, bool),))
-    white = model.innovations("y", noise)[model.past :]
+    white = model.innovations("y", noise)[len(model.taps["y"]) - 1 :]
     assert model.taps["y"][1] / model.taps["y"][0] == pytest.approx(-0.9, abs=0.03)
     assert np.mean(weights(white) * white**2) == pytest.approx(1.0, rel=1e-6), "the likeliest scale"
     assert np.std(white) == pytest.approx(1.0, rel=0.2)
@@ -53,12 +55,49 @@ def test_what_a_law_may_leave_is_little_evidence_but_noise_of_its_size_is_as_bef
     alone, both = noise_model(left, used), noise_model(left, used, base)
 
     def cost(model, error):
-        return float(np.sum(model.innovations("y", error)[model.past :] ** 2))
+        return float(np.sum(model.innovations("y", error) ** 2))
 
     share = DISCREPANCY * missed
     assert cost(alone, share) > 900
     assert cost(both, share) < 0.1 * cost(alone, share)
     assert cost(both, noise) == pytest.approx(cost(alone, noise), rel=0.2)
+
+
+@pytest.mark.parametrize("taps", [[10.0], [10.0, -6.0, 0.0, -3.0]], ids=["white", "coloured"])
+def test_another_unit_changes_the_evidence_alike_under_each_noise_model(taps):
+    """Each noise model judges the same samples: else a density in another unit would choose another model."""
+    used = np.ones(N, bool)
+    used[:5] = used[100:103] = used[::50] = False
+    seen = replace(noisy(0), used=(used,))
+    base = fitted_base(LAG, seen.data, seen.used, "u", "y")
+    large = tuple((e, channel, 1e3 * error, 1e3 * slopes) for e, channel, error, slopes in base.errors)
+    noise, in_thousandths = (NoiseModel({"y": np.array(taps) / unit}) for unit in (1.0, 1e3))
+    gained = bound_of_evidence(seen, noise, base.errors, {}) - bound_of_evidence(seen, in_thousandths, large, {})
+    assert gained == pytest.approx(used.sum() * np.log(1e3))
+
+
+def test_the_first_errors_have_the_density_of_a_stationary_noise():
+    """Against the covariance: x_t = 0.9 x_(t-1) - 0.3 x_(t-2) + e_t."""
+    noise, n = NoiseModel({"y": np.array([1.0, -0.9, 0.3])}), 6
+    response = lfilter([1.0], [1.0, -0.9, 0.3], np.eye(1, 400)[0])
+    covariance = toeplitz([response[: 400 - lag] @ response[lag:] for lag in range(n)])
+    errors = np.random.default_rng(4).normal(size=n)
+    innovations, deviations = noise.innovations("y", errors), noise.deviations("y", n)
+    assert np.sum(innovations**2) == pytest.approx(errors @ np.linalg.solve(covariance, errors))
+    assert 2 * np.sum(np.log(deviations)) == pytest.approx(np.linalg.slogdet(covariance)[1])
+
+
+def test_a_glitch_that_does_not_count_moves_no_innovation():
+    used = np.ones(N, bool)
+    used[[50, 51]] = False
+    seen = replace(noisy(0), used=(used,))
+    base = fitted_base(LAG, seen.data, seen.used, "u", "y")
+    ((_, _, error, slopes),) = base.errors
+    noise = NoiseModel({"y": np.array([10.0, -8.0])})
+    spoilt = error.copy()
+    spoilt[~used] = 1e6
+    values = [bound_of_evidence(seen, noise, ((0, "y", one, slopes),), {}) for one in (error, spoilt)]
+    assert values[0] == values[1]
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -1,6 +1,7 @@
 """The search names what was hidden, and nothing else: few effects on hand-made records, the library in one process."""
 
 from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -9,6 +10,9 @@ from scipy.signal import lfilter
 
 from smid import Dataset, OutputError, Parameter
 from smid.diagnosis import Diagnosis, Effect, Extension, diagnose
+from smid.diagnosis.search.effect_set import EffectSet
+from smid.diagnosis.search.search import is_new
+from smid.diagnosis.search.trial import fitted_base
 from smid.models import Line, Measurement, Model
 from smid.models.symbols import signal, t
 from tests.smid.diagnosis.lag_records import BOUND, LAG, dead_zone, known_lag, lag, late, record, steps
@@ -347,3 +351,14 @@ def test_glitches_at_a_high_level_are_no_noise_that_grows_with_it(seed):
     y = clean + np.random.default_rng(seed).uniform(-0.01, 0.01, 600)
     y[np.argsort(clean[:480])[-60::12]] += 0.3
     assert names(look(record(u, y, bound=0.0), ("outliers", "multiplicative_noise"), noise_bound=0.01)) == ["outliers"]
+
+
+@pytest.mark.parametrize(("share", "grown_again"), [(0.999, False), (0.5, True)])
+def test_a_set_is_grown_again_only_from_a_much_better_fit(share, grown_again):
+    """Such as a second minimum of the base model, which shows other effects."""
+    data = hidden("two")
+    base = fitted_base(LAG, data, (np.ones(400, bool),), "u", "y")
+    first = EffectSet((), base.fit, base.errors)
+    second = replace(first, fit=replace(base.fit, cost=share * base.fit.cost))
+    assert is_new(first, {}, base)
+    assert is_new(second, {first.names: first}, base) == grown_again

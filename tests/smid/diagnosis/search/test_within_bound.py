@@ -25,7 +25,8 @@ def test_errors_have_a_density(blur: float, deviation: float, expected: float) -
     within = WithinBound(1.0, blur)
     errors = np.linspace(-30 - 10 * deviation, 30 + 10 * deviation, 20001)
     plain = t.pdf((errors - expected) / deviation, TAIL) / deviation
-    total = np.trapezoid(plain * np.exp(within.log_density(errors, np.full_like(errors, expected), deviation)), errors)
+    means, deviations = (np.full_like(errors, x) for x in (expected, deviation))
+    total = np.trapezoid(plain * np.exp(within.log_density(errors, means, deviations)), errors)
     assert total <= 1.1
     assert total >= 0.9 or abs(expected) > 1.0
 
@@ -36,7 +37,7 @@ def test_the_slopes_are_those_of_the_density(blur: float, error: float) -> None:
 
     def minus_log(e: float) -> float:
         # The past tells the same of each error.
-        return -float(within.log_density(np.array([e]), np.array([0.0]), 1.0)[0])
+        return -float(within.log_density(np.array([e]), np.array([0.0]), np.array([1.0]))[0])
 
     first, second = within.slopes(np.array([error]))
     before, here, after = (minus_log(error + step) for step in (-small, 0.0, small))
