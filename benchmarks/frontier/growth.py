@@ -104,7 +104,7 @@ def run(sizes: tuple[int, ...] = SIZES, largest: int = LARGEST) -> str:
     lines = [
         "## Growth with the number of samples, and the distance to linear programs",
         "",
-        f"All ends are computed to a gap of {GAP:g} of the width. Times are processor times. "
+        f"Asked for is a gap of {GAP:g} of the width at each end. Times are processor times. "
         "Ratio: s / s of the linear programs.",
         "",
         "| model | N | s | gap / width | peak MB | kB a sample | s of the linear programs | ratio |",

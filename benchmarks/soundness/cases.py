@@ -113,7 +113,7 @@ def _hidden(feasible: bool, seed: int, kind: str) -> Case:
 def _with_outliers(feasible: bool, seed: int, kind: str) -> Case:
     """Return a set in which as many outputs as are allowed break the bound, or, empty, one more."""
     rng, allowed = np.random.default_rng([seed, 6]), 1 + seed // 16 % 3
-    plain = random_problems.random_problem(seed, kind, int(rng.integers(60, 121)))
+    plain = random_problems.random_problem(seed, kind, int(rng.integers(40, 81)))
     case = _boxed(Case(kind, "feasible", plain.model, plain.data, plain.noise_bound, plain.truth))
     outputs, place = case.data.values("y").copy(), np.arange(6, len(case.data.values("y")) - 6, 6)
     if feasible:  # of any size, from just beyond the bound

@@ -32,7 +32,13 @@ NOTHING = Polynomials.from_terms([{}])  # the objective of a search for any feas
 
 @dataclass(frozen=True)
 class Settings:
-    """How intervals are computed; :func:`smid.identify` documents each setting."""
+    """How intervals are computed; :func:`smid.identify` documents each setting but the last.
+
+    Parameters
+    ----------
+    witnesses
+        Whether a polynomial model looks for verified points. Where only emptiness is asked for, they cost most.
+    """
 
     method: str | Method | Cuts = "auto"
     order: int | None = None
@@ -42,6 +48,7 @@ class Settings:
     nodes: int = 0
     executor: Executor | None = None
     progress: Progress | None = None
+    witnesses: bool = True
 
 
 @dataclass(frozen=True)

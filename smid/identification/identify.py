@@ -195,15 +195,15 @@ def identify(
     bounds = check_noise_bound(model, noise_bound, None)
     automatic = method == "auto" and order is None
 
-    def encloser_of(model: Model, data: Dataset) -> Encloser:
+    def encloser_of(model: Model, data: Dataset, settings: Settings) -> Encloser:
         if method == INVERSION or (automatic and not is_polynomial(model)):
             return Inverted(model, data, bounds, settings)
         parts = () if len(model.output_channels) < 2 else separate(model)
         if len(parts) > 1:
-            return Separated(model, parts, lambda part: of_polynomials(part, data))
-        return of_polynomials(model, data)
+            return Separated(model, parts, lambda part: of_polynomials(part, data, settings))
+        return of_polynomials(model, data, settings)
 
-    def of_polynomials(model: Model, data: Dataset) -> Encloser:
+    def of_polynomials(model: Model, data: Dataset, settings: Settings) -> Encloser:
         own = {m.channel: bounds[m.channel] for m in model.measurements if m.channel in bounds}
         if windows and automatic and has_windows(model, data):
             return Windowed(model, data, own, settings, kept)
@@ -214,7 +214,7 @@ def identify(
     if outliers:
         encloser = WithOutliers(model, data, bounds, settings, kept, outliers, encloser_of)
     else:
-        encloser = encloser_of(model, data)
+        encloser = encloser_of(model, data, settings)
     if certificate:
         _make_way(certificate)
     # Bound the parameters, and write the proof of all that was bounded.

@@ -58,7 +58,7 @@ class _Enclosed:
     proven: ProvenPart
 
 
-Enclose = Callable[[Model, Dataset], Encloser]
+Enclose = Callable[[Model, Dataset, Settings], Encloser]
 Box = dict[str, tuple[float, float]]
 
 
@@ -113,7 +113,7 @@ class WithOutliers:
             while True:
                 masked = self._with_missing(self._spoilt_samples())
                 # The hull of the parts, of which one is free of outliers.
-                parts = [self._enclosed(box, windows, masked) for windows in self._parts()]
+                parts = [self._enclosed(box, windows, masked, self.settings) for windows in self._parts()]
                 self._rounds.append(Round([part.proven for part in parts]))
                 found = [part.enclosure for part in parts if part.enclosure.empty is None]
                 box = {name: (max(box[name][0], low), min(box[name][1], high)) for name, (low, high) in _hull(found)}
@@ -161,13 +161,13 @@ class WithOutliers:
             f"bound.{where} Allow more outliers, raise the bound or extend the model."
         )
 
-    def _enclosed(self, box: Box, windows: Sequence[Window], data: Dataset) -> _Enclosed:
+    def _enclosed(self, box: Box, windows: Sequence[Window], data: Dataset, settings: Settings) -> _Enclosed:
         """Return the intervals on a part of the record, within a box, and their proof where it is kept.
 
         ModelError if a parameter has none, or no certificate can hold the proof.
         """
         part = part_of(data, windows)
-        encloser = self._encloser(self.model.bound(**box), part)
+        encloser = self._encloser(self.model.bound(**box), part, settings)
         found = encloser.enclose()
         contents: tuple[Content, ...] = ()
         if found.enclosure is not None:
@@ -224,7 +224,7 @@ class WithOutliers:
     def _fits_nothing(self, box: Box, stretch: Window) -> ProvenPart | None:
         """Return the proof that no parameters of a box fit a stretch, where there is one."""
         with suppress(DataError, ModelError):  # too short, an input that stands still, or nothing is proven
-            found = self._enclosed(box, [stretch], self.data)
+            found = self._enclosed(box, [stretch], self.data, replace(self.settings, witnesses=False))
             return found.proven if found.enclosure.empty is not None else None
         return None
 

@@ -73,7 +73,7 @@ class Polynomial:
         if len(self.feasible.missing):
             self.plan = self._plan_of(feasible.problem)
         guessed = self.plan.cuts or self.plan.projection is not None
-        known = [] if guessed else _first_witness(feasible, self.plan)
+        known = [] if guessed or not settings.witnesses else _first_witness(feasible, self.plan)
         return intervals(
             feasible.problem,
             range(len(feasible.model.parameters)),
@@ -81,6 +81,7 @@ class Polynomial:
             solver=settings.solver,
             tolerance=settings.tolerance,
             rounds=settings.rounds,
+            witnesses=settings.witnesses,
             nodes=settings.nodes,
             known=known,
             start=_start(feasible)[0] if guessed else None,
