@@ -84,8 +84,8 @@ def new_case(feasible: bool, seed: int) -> Case:
 
 
 def _long(feasible: bool, seed: int, kind: str) -> Case:
-    """Return a set with hundreds of samples, which windows apply to."""
-    n = int(np.random.default_rng([seed, 4]).integers(200, 500))
+    """Return a set with more than a hundred samples, which windows apply to."""
+    n = int(np.random.default_rng([seed, 4]).integers(100, 200))
     if kind in PIECEWISE:
         found = piecewise_problems.piecewise_problem(kind, seed, n)
         case = Case(kind, "feasible", found.model, found.data, {"y": found.noise_bound}, found.truth)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.soundness.cases import CURVES, SMOOTH, Case, empty_case, feasible_case, new_case
+from benchmarks.soundness.cases import SMOOTH, Case, empty_case, feasible_case, new_case
 from benchmarks.soundness.library_cases import library_case
 from benchmarks.soundness.score import CaseResult
 from smid import CentreStatus, EmptyFeasibleSetError, Estimate, identify
@@ -43,7 +43,7 @@ def check_new(feasible: bool, seed: int) -> CaseResult:
     """Draw a case of the kinds behind ``--new``; windows prove records of a hundred samples, however many they hold."""
     windowed.LONG, windowed._SHARE, windowed.MOST_PIECEWISE = 100, 1.0, 100
     case = new_case(feasible, seed)
-    return _judged(case, seed, tolerance=0.5 if case.outliers or case.kind in CURVES else 1e-2, outliers=case.outliers)
+    return _judged(case, seed, tolerance=0.5, outliers=case.outliers)
 
 
 def check_inversion(feasible: bool, seed: int, seconds: float) -> CaseResult:

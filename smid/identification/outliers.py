@@ -111,9 +111,14 @@ class WithOutliers:
         reason = Reason.ROUNDS
         try:
             while True:
-                masked = self._with_missing(self._spoilt_samples())
                 # The hull of the parts, of which one is free of outliers.
-                parts = [self._enclosed(box, windows, masked, self.settings) for windows in self._parts()]
+                masked = self._with_missing(self._spoilt_samples())
+                try:
+                    parts = [self._enclosed(box, windows, masked, self.settings) for windows in self._parts()]
+                except DataError:
+                    if not found:
+                        raise
+                    break  # a part has too few samples left; what is proven holds
                 self._rounds.append(Round([part.proven for part in parts]))
                 found = [part.enclosure for part in parts if part.enclosure.empty is None]
                 box = {name: (max(box[name][0], low), min(box[name][1], high)) for name, (low, high) in _hull(found)}
@@ -189,16 +194,18 @@ class WithOutliers:
 
     def _parts(self) -> list[list[Window]]:
         """Return as many parts of the record as outliers may be left, and one more."""
-        count, total = self._allowed - len(self.spoilt) + 1, self.data.n_samples
-        before = 0
+        count = self._allowed - len(self.spoilt) + 1
+        spoilt = [next(iter(own.values())) for own in self._spoilt_samples()]
+        before, total = 0, max(sum(int((~gone).sum()) for gone in spoilt), 1)
         windows: list[list[Window]] = [[] for _ in range(count)]
-        for e, run in enumerate(self.data.experiments):
-            # Sample number k of the record belongs to part k * count // total.
-            part = (before + np.arange(run.n_samples)) * count // total
+        for e, gone in enumerate(spoilt):
+            # Of the samples that are not left out, number k belongs to part k * count // total.
+            number = before + np.cumsum(~gone)
+            part = np.maximum(number - 1, 0) * count // total
             for k in np.unique(part).tolist():
                 own = np.flatnonzero(part == k)
                 windows[k].append(Window(e, int(own[0]), int(own[-1])))
-            before += run.n_samples
+            before = int(number[-1])
         return windows
 
     def _spoilt(self, box: Box) -> list[ProvenPart]:

@@ -93,6 +93,13 @@ def test_the_truth_is_inside_wherever_and_however_large_the_outliers_are(seed):
     assert all(not i.inner_lower < i.lower and not i.inner_upper > i.upper for i in estimate)
 
 
+@pytest.mark.parametrize(("n", "seed"), [(30, 1), (30, 4), (36, 5)])
+def test_stretches_that_leave_little_of_a_part(n, seed):
+    """No sample, or nearly none, was left of a part, and the parts before were lost."""
+    data, _ = record(n, 3, seed, size=0.15)
+    assert holds_truth(identify(MODEL, data, BOUND, outliers=3, tolerance=0.5))
+
+
 def test_outliers_that_are_not_there_cost_width_and_say_so():
     data, _ = record(80, 0)
     estimate, plain = identify(MODEL, data, BOUND, outliers=1, tolerance=0.1), identify(MODEL, data, BOUND)
