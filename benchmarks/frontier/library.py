@@ -20,7 +20,8 @@ from smid.data import Dataset
 from smid.data.bundled import load_clutch
 from smid.data.window import Window
 from smid.diagnosis.effects import EFFECTS, Site
-from smid.diagnosis.proof.decide import ASSUMED, decide
+from smid.diagnosis.proof.decide import decide
+from smid.diagnosis.proof.posed import ASSUMED
 from smid.diagnosis.proof.window import windows
 from smid.fitting.binding import bind
 from smid.fitting.fit import fit

@@ -294,7 +294,8 @@ class Projection:
 
     def _middle(self, lower: Array, upper: Array, near: Array | None = None) -> Array:
         """Return the centre of a box, or a point of the variables that are kept, with private variables zero."""
-        centre = np.where(np.isfinite(upper - lower), 0.5 * lower + 0.5 * upper, 0.0)
+        known = np.isfinite(upper - lower)
+        centre = 0.5 * np.where(known, lower, 0.0) + 0.5 * np.where(known, upper, 0.0)
         if near is not None:
             centre[self.kept] = near
         centre[self.removed] = 0.0

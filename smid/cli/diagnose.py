@@ -79,6 +79,11 @@ class Search:
         help="Prove in S seconds: the base model cannot fit the samples of its largest error, the extended model can, "
         "its rivals cannot; needs --noise-bound.",
     )
+    certificates: str | None = option(
+        type=click.Path(file_okay=False),
+        metavar="FOLDER",
+        help="Write a certificate of each model that --prove-name excludes, in at most S seconds more.",
+    )
 
     @property
     def chosen(self) -> list[str] | None:
@@ -122,6 +127,8 @@ def diagnose(context: click.Context, record: Record, search: Search, seconds: fl
             raise click.UsageError(f"{name} needs a noise bound: give --noise-bound D")
         if asked is not None and search.simulated is not None:
             raise click.UsageError(f"{name} needs a model: of a simulator only the recorded output is known")
+    if search.certificates is not None and search.prove_name is None:
+        raise click.UsageError("--certificates needs a proof: give --prove-name S")
     if search.save_model is not None:
         check_writable(search.save_model)
     further = search.channels if search.simulated is None else (*search.channels, search.simulated)
@@ -185,7 +192,7 @@ def _diagnosis(base: Model | None, data: Dataset, search: Search, seconds: float
                 click.echo(f"warning: the intervals were not certified: {_reason(error)}", err=True)
         if search.prove_name is not None:
             try:
-                diagnosis = prove_name(diagnosis, bound, search.prove_name, progress)
+                diagnosis = prove_name(diagnosis, bound, search.prove_name, progress, search.certificates)
             except (Exception, KeyboardInterrupt) as error:
                 click.echo(f"warning: the name was not proven: {_reason(error)}", err=True)
         return diagnosis

@@ -13,7 +13,7 @@ from relaxations.check import bundle
 from relaxations.check.runs.read import is_run
 from relaxations.proof.certificate_file import write_content
 from smid.data import Dataset
-from smid.data.window import Window, whole
+from smid.data.window import Window, part_of, whole
 from smid.models import Model
 from smid.verification.origin import origin_of, source_of
 from smid.verification.verify_run import statement_of
@@ -72,13 +72,14 @@ def write_certificates(
     Parameters
     ----------
     windows
-        What a bundle reads of the record; all where there are none.
+        What they are about of the record, unless they say so themselves; all where there are none.
     outliers
         At most so many of each output.
     """
     first, *others = contents
     if is_run(first) and not others:  # it states model and noise bounds itself
-        origin = source_of(data, model.channels)
+        origin = source_of(part_of(data, windows), model.channels)
+        origin |= {"windows": [window.to_dict() for window in windows]} if windows else {}
     elif bundle.is_bundle(first) or others:
         if others:
             first = bundle_of(model, 0, [Round([ProvenPart(whole(data), contents)])])
@@ -87,7 +88,7 @@ def write_certificates(
             origin["model"] = statement_of(model, data)
     else:
         own = [Window.from_dict(told) for told in first.get("origin", {}).get("windows", ())]
-        origin = origin_of(model, data, bounds, own)
+        origin = origin_of(model, data, bounds, own or windows)
     write_content(path, {**first, "origin": origin})
 
 

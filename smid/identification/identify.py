@@ -24,20 +24,16 @@ from smid.display.from_plain import Plain, read
 from smid.display.progress import Shows, spoken, with_bar
 from smid.display.result import Part, Result
 from smid.display.table import Table
-from smid.feasible.feasible_set import FeasibleSet, check_data, check_noise_bound
-from smid.feasible.template import is_polynomial
+from smid.feasible.feasible_set import check_data, check_noise_bound
 from smid.fitting.binding import bind
 from smid.identification.certificates import write_certificates
+from smid.identification.choice import encloser_for
 from smid.identification.encloser import Enclosed, Encloser, Settings
 from smid.identification.error_bound import ErrorBound, error_bound
 from smid.identification.estimate import CentreStatus, Estimate, ParameterInterval
 from smid.identification.inversion.inverted import NAME as INVERSION
 from smid.identification.inversion.inverted import Inverted
 from smid.identification.outliers import WithOutliers
-from smid.identification.piecewise import Piecewise
-from smid.identification.polynomial import Polynomial
-from smid.identification.separated import Separated, separate
-from smid.identification.windows.windowed import Windowed, has_windows
 from smid.models import Model, ModelError
 
 __all__ = ["METHODS", "EmptyFeasibleSetError", "identify"]
@@ -193,28 +189,11 @@ def identify(
             "certificate out, or choose another scheme, whose intervals are those of its discretisation"
         )
     bounds = check_noise_bound(model, noise_bound, None)
-    automatic = method == "auto" and order is None
-
-    def encloser_of(model: Model, data: Dataset, settings: Settings) -> Encloser:
-        if method == INVERSION or (automatic and not is_polynomial(model)):
-            return Inverted(model, data, bounds, settings)
-        parts = () if len(model.output_channels) < 2 else separate(model)
-        if len(parts) > 1:
-            return Separated(model, parts, lambda part: of_polynomials(part, data, settings))
-        return of_polynomials(model, data, settings)
-
-    def of_polynomials(model: Model, data: Dataset, settings: Settings) -> Encloser:
-        own = {m.channel: bounds[m.channel] for m in model.measurements if m.channel in bounds}
-        if windows and automatic and has_windows(model, data):
-            return Windowed(model, data, own, settings, kept)
-        feasible = FeasibleSet(model, data, own)
-        return (Piecewise if feasible.openings else Polynomial)(feasible, settings, kept)
-
     encloser: Encloser
     if outliers:
-        encloser = WithOutliers(model, data, bounds, settings, kept, outliers, encloser_of)
+        encloser = WithOutliers(model, data, bounds, settings, kept, outliers, windows)
     else:
-        encloser = encloser_of(model, data, settings)
+        encloser = encloser_for(model, data, bounds, settings, kept, windows)
     if certificate:
         _make_way(certificate)
     # Bound the parameters, and write the proof of all that was bounded.

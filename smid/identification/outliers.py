@@ -16,7 +16,7 @@ Outliers that are allowed and not there cost width: the parts are shorter than t
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -30,10 +30,10 @@ from smid.data.window import Window, part_of
 from smid.feasible.template import Templates, is_polynomial
 from smid.fitting.fit import Fitting
 from smid.identification.certificates import Content, ProvenPart, Round, bundle_of
+from smid.identification.choice import encloser_for
 from smid.identification.encloser import (
     Certified,
     Enclosed,
-    Encloser,
     Settings,
     is_tight,
     nearest_witness,
@@ -58,7 +58,6 @@ class _Enclosed:
     proven: ProvenPart
 
 
-Enclose = Callable[[Model, Dataset, Settings], Encloser]
 Box = dict[str, tuple[float, float]]
 
 
@@ -69,8 +68,8 @@ class WithOutliers:
     ----------
     outliers
         At most so many of each output.
-    encloser
-        Makes what encloses the parameters that fit every sample of a record.
+    windows
+        Whether a long part may be proven on windows.
 
     Raises
     ------
@@ -86,12 +85,12 @@ class WithOutliers:
         settings: Settings,
         kept: bool,
         outliers: int,
-        encloser: Enclose,
+        windows: bool,
     ) -> None:
         if isinstance(outliers, bool) or not isinstance(outliers, int) or outliers < 0:
             raise ModelError(f"outliers={outliers!r}: give how many samples of each output may break the noise bound")
         self.model, self.data, self.bounds, self.settings, self._kept = model, data, bounds, settings, kept
-        self._outliers, self._encloser = outliers, encloser
+        self._outliers, self._windows = outliers, windows
         self._allowed = outliers * len(model.output_channels)
         self._say: Progress = settings.progress or (lambda _: None)
         self.spoilt: list[Window] = []
@@ -172,7 +171,7 @@ class WithOutliers:
         ModelError if a parameter has none, or no certificate can hold the proof.
         """
         part = part_of(data, windows)
-        encloser = self._encloser(self.model.bound(**box), part, settings)
+        encloser = encloser_for(self.model.bound(**box), part, self.bounds, settings, self._kept, self._windows)
         found = encloser.enclose()
         contents: tuple[Content, ...] = ()
         if found.enclosure is not None:

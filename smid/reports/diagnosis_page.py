@@ -16,7 +16,7 @@ from smid.diagnosis.figures import (
     rivals_figure,
     spoken,
 )
-from smid.diagnosis.proof.decide import REACH
+from smid.diagnosis.proof.posed import REACH
 from smid.diagnosis.proof.name_proof import NameProof
 from smid.display.table import Table
 from smid.models import Parameter

@@ -6,43 +6,35 @@ the fit is verified to keep the noise bound.
 *Excluded*: where it does not, a model with free coefficients is tried (:mod:`.coefficients`), of which the model is a
 special case. Where that decides nothing, the intervals of a polynomial model are enclosed as :func:`smid.identify`
 does, until the set is certified empty or a feasible point is verified. Where the model is no polynomial, the free run
-is inverted (:mod:`smid.identification.inversion`). The proof holds for all parameters within their boxes. A parameter
-or a hidden state without a box is taken to be at most `REACH` times as large as in the fit.
+is inverted (:mod:`smid.identification.inversion`). The proof holds for all parameters within their boxes
+(:mod:`.posed`).
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
 
-from relaxations.algebra.arrays import Array
 from relaxations.deadline import TimeIsUp, check_time, remaining, time_limit
 from relaxations.errors import ProblemError
 from relaxations.search.enclosure import Reason
 from relaxations.search.plan import Plan
-from smid.data import Channel, DataError, Dataset
+from smid.data import DataError, Dataset
 from smid.data.window import Window
 from smid.diagnosis.proof.coefficients import with_free_coefficients
+from smid.diagnosis.proof.posed import posed, with_known_clocks
 from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.template import is_polynomial
-from smid.fitting.fit import Fitting
-from smid.fitting.minimax import minimax
 from smid.identification.encloser import Settings
 from smid.identification.inversion.cover import HEAVIEST, Cover, heaviest
-from smid.identification.inversion.outermost import unknowns_of
 from smid.identification.inversion.record import Record
 from smid.identification.piecewise import Piecewise
 from smid.identification.polynomial import Polynomial
-from smid.models import Model, ModelError, signal, t
-
-REACH = 10.0
-"""What has no box is taken to be at most so many times as large as in a fit."""
-
-ASSUMED = f"parameters without a box: at most {REACH:g} times their fit"
+from smid.models import Model, ModelError
 
 MOST = 20_000
 """Contractions of a proof."""
@@ -76,6 +68,8 @@ class Decision:
         Where excluded, the most influential samples, each with its share of the proof.
     reason
         Where undecided or not posable, why.
+    certificate
+        The file that proves it, where one was written.
     """
 
     status: Status
@@ -84,6 +78,7 @@ class Decision:
     samples: tuple[tuple[int, float], ...]
     reason: str
     seconds: float
+    certificate: str = ""
 
     @property
     def excluded(self) -> bool:
@@ -92,8 +87,9 @@ class Decision:
 
     @property
     def ground(self) -> str:
-        """The most influential samples, or the reason."""
-        return ", ".join(str(sample) for sample, _ in self.samples) or self.reason
+        """The most influential samples and the file of the certificate, or the reason."""
+        file = f" ({self.certificate})" if self.certificate else ""
+        return (", ".join(str(sample) for sample, _ in self.samples) or self.reason) + file
 
 
 def decide(model: Model, data: Dataset, window: Window, bounds: Mapping[str, float], seconds: float) -> Decision:
@@ -110,10 +106,10 @@ def decide(model: Model, data: Dataset, window: Window, bounds: Mapping[str, flo
         return Decision(status, window.first, window.last, samples, reason, time.monotonic() - began)
 
     try:
-        model, data = _with_known_clocks(model, data)
+        model, data = with_known_clocks(model, data)
         with time_limit(max(seconds, 1e-3)):
             part = window.cut(data)
-            record, points = _posed(model, part, bounds)
+            record, points = posed(model, part, bounds)
             if any(map(record.fits, points)):
                 return decision(Status.FEASIBLE)
             found = _freed(record, bounds)
@@ -188,42 +184,3 @@ def _relaxed(model: Model, part: Dataset, bounds: Mapping[str, float]) -> tuple[
     weights = found.enclosure.empty.weights
     carrying = [k for k in np.argsort(weights)[::-1][:HEAVIEST] if weights[k] > 0]
     return Status.EXCLUDED, tuple((int(found.boxed.feasible.samples[k][1]), float(weights[k])) for k in carrying)
-
-
-def _posed(model: Model, part: Dataset, bounds: Mapping[str, float]) -> tuple[Record, list[Array]]:
-    """Return the record of a window, and candidates for a point that fits it.
-
-    A parameter or a hidden state without a box is bounded by `REACH` times its magnitude in a fit.
-    """
-    problem = Fitting(model, part, [np.ones(run.n_samples, bool) for run in part.experiments], scale=bounds)
-    with np.errstate(all="ignore"):
-        start = problem.start(model.values)
-        vectors = [minimax(problem, vector)[0] for vector in (problem.solve(start)[0], start)]
-        fit = problem.result(vectors[0], 0.0)
-        signals, _ = problem.run.run(problem.inputs[0], fit.model.values, fit.initial[0], jacobian=False)
-    record = Record(model, part, bounds)
-    if record.loose:
-        sizes = {name: float(np.nanmax(np.abs(samples))) for name, samples in signals.items()} | dict(fit.model.values)
-        boxes = {name: (-_reach(sizes[name]), _reach(sizes[name])) for name in record.loose}
-        record = Record(model.bound(**boxes), part, bounds)
-    record = record.turned(signals)
-    return record, [unknowns_of(record, problem, vector) for vector in vectors]
-
-
-def _reach(value: float) -> float:
-    return REACH * (abs(value) or 1.0)
-
-
-def _with_known_clocks(model: Model, data: Dataset) -> tuple[Model, Dataset]:
-    """Return the model with its clocks as channels of the data: a window does not begin at time zero."""
-    for line in model.lines:
-        step = line.expression - signal(line.signal)[t - 1]
-        if line.rate or not step.is_number:
-            continue
-        runs = tuple(
-            replace(run, values={**run.values, line.signal: float(step) * np.arange(run.n_samples, dtype=np.float64)})
-            for run in data.experiments
-        )
-        data = replace(data, experiments=runs, channels=(*data.channels, Channel(line.signal)), resampling=())
-        model = replace(model, lines=tuple(other for other in model.lines if other is not line))
-    return model, data

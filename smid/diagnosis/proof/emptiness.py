@@ -12,7 +12,8 @@ from typing import Any
 
 from relaxations.algebra.arrays import Array
 from smid.data import Dataset
-from smid.diagnosis.proof.decide import ASSUMED, Decision, decide
+from smid.diagnosis.proof.decide import Decision, decide
+from smid.diagnosis.proof.posed import ASSUMED
 from smid.diagnosis.proof.window import windows
 from smid.models import Model
 

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from smid.diagnosis.proof.decide import ASSUMED, Decision
+from smid.diagnosis.proof.decide import Decision
+from smid.diagnosis.proof.posed import ASSUMED
 from smid.display.result import Part, Result
 from smid.display.table import Table
 

@@ -216,14 +216,20 @@ def test_nothing_is_proven_without_a_noise_bound(smid):
     result = smid(f"diagnose {COMMON} --prove-name 20")
     assert result.exit_code == 2
     assert "--prove-name needs a noise bound" in result.stderr
+    result = smid(f"diagnose {COMMON} --noise-bound 0.02 --certificates proofs")
+    assert result.exit_code == 2
+    assert "--certificates needs a proof" in result.stderr
 
 
 def test_the_name_is_proven_on_demand(smid):
     few = FEW.replace("input_delay", "gain")  # a proof on a delay takes its whole time limit
-    result = smid(f"diagnose {COMMON} {few} --noise-bound 0.02 --no-certify --prove-name 5 --json out.json")
+    proof = "--prove-name 5 --certificates proofs"
+    result = smid(f"diagnose {COMMON} {few} --noise-bound 0.02 --no-certify {proof} --json out.json")
     assert result.exit_code == 0, result.output
     assert "Proof of the name on samples" in result.stdout
     document = written()
+    assert document["name_proof"]["base"]["certificate"] == str(Path("proofs", "base.json"))
+    assert smid(f"verify {Path('proofs', 'base.json')} {COMMON.split()[0]}").exit_code == 0
     assert document["name_proof"]["base"]["status"] == "excluded"
     assert document["proof"]["first"] == document["name_proof"]["base"]["first"]
 

@@ -10,6 +10,8 @@ import sympy
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
+from relaxations.check import main as program
+from smid.data import DataError
 from smid.diagnosis import diagnose, prove_name
 from smid.diagnosis.proof import decide as deciding
 from smid.diagnosis.proof import name as naming
@@ -17,6 +19,7 @@ from smid.diagnosis.proof.decide import Decision, Status, decide
 from smid.diagnosis.proof.window import Window, windows
 from smid.fitting.fit import fit
 from smid.models import ModelError, OutputError, OwnModel, Parameter, signal, t
+from smid.verification import verify
 from tests.smid.diagnosis.lag_records import BOUND, GAIN, LAG, POLE, dead_zone, lag, least_bound, record, steps
 
 BOUNDS = {"y": BOUND}
@@ -157,7 +160,7 @@ def test_words_data_and_rivals_say_the_same(found, proven):
         *("noise_bound", "unit", "experiment", "first", "last", "causes", "base", "extended", "against", "rivals"),
         *("interrupted", "seconds", "title"),
     }
-    assert set(plain["base"]) == {"status", "first", "last", "samples", "reason", "seconds"}
+    assert set(plain["base"]) == {"status", "first", "last", "samples", "reason", "seconds", "certificate"}
     assert plain["base"]["status"] == "excluded"
     assert found.name_proof is None
 
@@ -166,7 +169,7 @@ def test_a_method_that_raises_costs_only_the_proof(found, monkeypatch):
     def broken(*_arguments, **_settings):
         raise RuntimeError("no luck")
 
-    monkeypatch.setattr(deciding, "Record", broken)
+    monkeypatch.setattr(deciding, "posed", broken)
     proof = prove_name(replace(found, proof=None), BOUND, 5).name_proof
     assert proof.base.status is Status.UNDECIDED
     assert proof.base.reason == "failed with RuntimeError: no luck"
@@ -211,6 +214,28 @@ def test_an_effect_on_the_noise_cannot_be_posed(found):
     proof = prove_name(changed, BOUND, 20).name_proof
     assert proof.rivals[rival.effect].status is Status.NOT_POSABLE
     assert "acts on the noise" in proof.rivals[rival.effect].reason
+
+
+def test_each_exclusion_has_a_certificate(found, tmp_path):
+    """The standard-library checker accepts it, it is about the record, and no other record passes."""
+    (tmp_path / "extended.json").write_text("of another proof")
+    proof = prove_name(found, BOUND, 30, certificates=tmp_path).name_proof
+    excluded = [one for _, one in proof.decisions if one.excluded]
+    assert proof.base in excluded
+    assert len(excluded) >= 2
+    for one in excluded:
+        assert program([one.certificate]) == 0
+        verified = verify(one.certificate, found.data)
+        assert verified.empty
+        (window,) = verified.origin["windows"]
+        assert (window["first"], window["last"]) == (one.first, one.last)
+    assert {str(file) for file in tmp_path.iterdir()} == {one.certificate for one in excluded}
+    changed = found.data.experiments[0].values["y"].copy()
+    changed[proof.base.first] += 0.1
+    other = record(found.data.values("u"), changed, bound=0.0)
+    with pytest.raises(DataError, match="differs first at sample 0"):
+        verify(proof.base.certificate, other)
+    assert str(tmp_path / "base.json") in str(proof)
 
 
 def test_bad_input_is_refused(found):
