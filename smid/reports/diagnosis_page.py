@@ -16,8 +16,8 @@ from smid.diagnosis.figures import (
     rivals_figure,
     spoken,
 )
-from smid.diagnosis.proof.posed import REACH
 from smid.diagnosis.proof.name_proof import NameProof
+from smid.diagnosis.proof.posed import REACH
 from smid.display.table import Table
 from smid.models import Parameter
 from smid.reports.content import Block, Facts, Folded, Heading, Items, Page, Picture, Remark, Section, coloured, joined
