@@ -15,7 +15,7 @@ from smid.cli.options import FILE, POSITIVE, NoiseBound, Record, option, read_kn
 from smid.cli.outputs import Outputs, writes
 from smid.cli.verbose import log_diagnosis, verbose_option
 from smid.data import Dataset
-from smid.diagnosis import EFFECTS, Diagnosis, prove_name, prove_parameters
+from smid.diagnosis import EFFECTS, Diagnosis, certify_name, prove_name, prove_parameters
 from smid.diagnosis import diagnose as diagnose_model
 from smid.diagnosis.diagnosis import ENDED_EARLY
 from smid.fitting.binding import bind_whole
@@ -129,6 +129,9 @@ def diagnose(context: click.Context, record: Record, search: Search, seconds: fl
             raise click.UsageError(f"{name} needs a model: of a simulator only the recorded output is known")
     if search.certificates is not None and search.prove_name is None:
         raise click.UsageError("--certificates needs a proof: give --prove-name S")
+    if search.certificates is not None:
+        Path(search.certificates).mkdir(parents=True, exist_ok=True)
+        check_writable(Path(search.certificates, "base.json"))
     if search.save_model is not None:
         check_writable(search.save_model)
     further = search.channels if search.simulated is None else (*search.channels, search.simulated)
@@ -192,9 +195,14 @@ def _diagnosis(base: Model | None, data: Dataset, search: Search, seconds: float
                 click.echo(f"warning: the intervals were not certified: {_reason(error)}", err=True)
         if search.prove_name is not None:
             try:
-                diagnosis = prove_name(diagnosis, bound, search.prove_name, progress, search.certificates)
+                diagnosis = prove_name(diagnosis, bound, search.prove_name, progress)
             except (Exception, KeyboardInterrupt) as error:
                 click.echo(f"warning: the name was not proven: {_reason(error)}", err=True)
+        if search.prove_name is not None and search.certificates is not None and diagnosis.name_proof is not None:
+            try:
+                diagnosis = certify_name(diagnosis, bound, search.certificates, search.prove_name, progress)
+            except (Exception, KeyboardInterrupt) as error:
+                click.echo(f"warning: certificates are missing: {_reason(error)}", err=True)
         return diagnosis
 
 

@@ -9,6 +9,7 @@ from smid.diagnosis.effects.effect import Detection, Effect, Extension, Site
 from smid.diagnosis.evidence.faults import Fault, data_faults
 from smid.diagnosis.evidence.misfit import Misfit, misfit
 from smid.diagnosis.gain import Gain
+from smid.diagnosis.proof.exclusion import certify_name
 from smid.diagnosis.proof.name import prove_name
 from smid.diagnosis.proof.name_proof import NameProof
 from smid.diagnosis.proven import prove_parameters
@@ -28,6 +29,7 @@ __all__ = [
     "Rival",
     "Site",
     "Verdict",
+    "certify_name",
     "check_effect",
     "data_faults",
     "diagnose",

@@ -10,7 +10,6 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -21,7 +20,6 @@ from smid.diagnosis.cause import Cause, Rival
 from smid.diagnosis.diagnosis import Diagnosis
 from smid.diagnosis.proof.decide import Decision, Status, decide
 from smid.diagnosis.proof.emptiness import Emptiness
-from smid.diagnosis.proof.exclusion import write_exclusion
 from smid.diagnosis.proof.name_proof import NameProof
 from smid.diagnosis.proof.window import windows
 from smid.feasible.feasible_set import check_noise_bound
@@ -36,7 +34,6 @@ def prove_name(
     noise_bound: float | Mapping[str, float],
     seconds: float = 60.0,
     progress: Progress | None = None,
-    certificates: str | Path | None = None,
 ) -> Diagnosis:
     """Return the diagnosis with the proof of its name: the base excluded, the extended model verified, rivals excluded.
 
@@ -52,10 +49,6 @@ def prove_name(
         Time allowed, wall clock.
     progress
         Called with a line of text now and then.
-    certificates
-        Folder for a certificate of each model that is excluded, which :func:`smid.verify` checks. They are written
-        after the proofs, and take at most as long again. A file needs a proof in the parameters themselves, which may
-        not be found in this time: then there is none.
 
     Raises
     ------
@@ -63,8 +56,6 @@ def prove_name(
         For a bad noise bound, a model without noise at its output, or the diagnosis of a recorded simulation.
     ProblemError
         For a time that is not positive.
-    OSError
-        For a folder that cannot be made.
     KeyboardInterrupt
         Where Ctrl-C comes before anything is proven; later it returns what is proven.
 
@@ -105,8 +96,6 @@ def prove_name(
     tried, known = (begun, known) if known and begun else (tried, ())
     stated: tuple[Decision, ...] = ()
     interrupted = False
-    if certificates is not None:
-        Path(certificates).mkdir(parents=True, exist_ok=True)
     try:
         for number, window in enumerate(tried):
             left = seconds - (time.monotonic() - began)
@@ -118,13 +107,6 @@ def prove_name(
             if stated and _is_verified(stated) and not (_is_verified(found) or found[1].excluded):
                 break
             stated = found
-        if certificates is not None:
-            names = ("base", *(["extended"] if len(models) > 1 else []), *(r.effect for r in rivals))
-            files = [Path(certificates) / f"{name}.json" for name in names]
-            for file in files:  # of another proof
-                file.unlink(missing_ok=True)
-            number = tried[0].experiment
-            stated = _certified(models, diagnosis.data, number, bounds, stated, files, seconds, progress)
     except KeyboardInterrupt:
         if not stated:
             raise
@@ -191,30 +173,6 @@ def _decided(
         else:
             share = (end - time.monotonic()) / (len(models) - number)
             result.append(decide(model, data, window, bounds, share))
-    return tuple(result)
-
-
-def _certified(
-    models: Sequence[Model | None],
-    data: Dataset,
-    experiment: int,
-    bounds: Mapping[str, float],
-    stated: Sequence[Decision],
-    files: Sequence[Path],
-    seconds: float,
-    progress: Progress | None,
-) -> tuple[Decision, ...]:
-    """Write the certificate of each model that is excluded; return the decisions with the files that were written."""
-    result = list(stated)
-    excluded = [k for k, found in enumerate(stated) if found.excluded]
-    end = time.monotonic() + seconds
-    for number, k in enumerate(excluded):
-        if progress:
-            progress(f"writing {files[k]}")
-        share, model = (end - time.monotonic()) / (len(excluded) - number), models[k]
-        window = Window(experiment, stated[k].first, stated[k].last)
-        if model is not None and write_exclusion(files[k], model, data, window, bounds, share):
-            result[k] = replace(stated[k], certificate=str(files[k]))
     return tuple(result)
 
 

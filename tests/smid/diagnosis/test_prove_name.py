@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from relaxations.check import main as program
 from smid.data import DataError
-from smid.diagnosis import diagnose, prove_name
+from smid.diagnosis import certify_name, diagnose, prove_name
 from smid.diagnosis.proof import decide as deciding
 from smid.diagnosis.proof import name as naming
 from smid.diagnosis.proof.decide import Decision, Status, decide
@@ -216,26 +216,37 @@ def test_an_effect_on_the_noise_cannot_be_posed(found):
     assert "acts on the noise" in proof.rivals[rival.effect].reason
 
 
-def test_each_exclusion_has_a_certificate(found, tmp_path):
+def test_each_exclusion_has_a_certificate(proven, tmp_path):
     """The standard-library checker accepts it, it is about the record, and no other record passes."""
-    (tmp_path / "extended.json").write_text("of another proof")
-    proof = prove_name(found, BOUND, 30, certificates=tmp_path).name_proof
+    (tmp_path / "base.json").write_text("of another proof")
+    proof = certify_name(proven, BOUND, tmp_path, 30).name_proof
     excluded = [one for _, one in proof.decisions if one.excluded]
     assert proof.base in excluded
     assert len(excluded) >= 2
     for one in excluded:
         assert program([one.certificate]) == 0
-        verified = verify(one.certificate, found.data)
+        verified = verify(one.certificate, proven.data)
         assert verified.empty
         (window,) = verified.origin["windows"]
         assert (window["first"], window["last"]) == (one.first, one.last)
     assert {str(file) for file in tmp_path.iterdir()} == {one.certificate for one in excluded}
-    changed = found.data.experiments[0].values["y"].copy()
+    changed = proven.data.experiments[0].values["y"].copy()
     changed[proof.base.first] += 0.1
-    other = record(found.data.values("u"), changed, bound=0.0)
+    other = record(proven.data.values("u"), changed, bound=0.0)
     with pytest.raises(DataError, match="differs first at sample 0"):
         verify(proof.base.certificate, other)
     assert str(tmp_path / "base.json") in str(proof)
+
+
+def test_without_time_there_is_no_file(proven, tmp_path):
+    (tmp_path / "base.json").write_text("of another proof")
+    assert not certify_name(proven, BOUND, tmp_path, 1e-6).name_proof.base.certificate
+    assert not list(tmp_path.iterdir())
+
+
+def test_nothing_is_certified_that_is_not_proven(found, tmp_path):
+    with pytest.raises(ModelError, match="prove_name first"):
+        certify_name(found, BOUND, tmp_path)
 
 
 def test_bad_input_is_refused(found):
