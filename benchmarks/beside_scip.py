@@ -10,7 +10,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 from benchmarks.records import CLUTCH, Known, errors_in_variables, hammerstein
-from benchmarks.scip import scip_end
+from benchmarks.rivals.scip import scip_end
 from smid import FeasibleSet, Hammerstein, identify
 from smid.data.bundled import load_clutch
 from smid.identification.finite_box import with_finite_box

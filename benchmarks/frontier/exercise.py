@@ -11,7 +11,7 @@ import time
 import numpy as np
 from scipy.signal import lfilter
 
-from benchmarks.scip import scip_end
+from benchmarks.rivals.scip import scip_end
 from relaxations.errors import ProblemError
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.bounding import relax
