@@ -9,7 +9,7 @@ from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 
 
-def described(libraries: Sequence[str] = ("numpy", "scipy", "clarabel", "pyscipopt")) -> str:
+def described(libraries: Sequence[str] = ("numpy", "scipy", "clarabel", "pyscipopt", "maingopy", "discopt")) -> str:
     """Return one sentence on machine and those of the libraries that are installed."""
     versions = []
     for name in libraries:
