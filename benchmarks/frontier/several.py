@@ -9,6 +9,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -191,15 +192,18 @@ CASES: dict[str, tuple[Callable[[int], Known], int]] = {
 def one(kind: str, n_samples: int) -> Run:
     """Identify one record."""
     known = CASES[kind][0](n_samples)
-    how = {"tolerance": GAP, "seconds": LIMIT, "outliers": 3 if kind == "outliers" else 0}
+    allowed = 3 if kind == "outliers" else 0
+    solve = partial(
+        identify, known.model, known.data, known.noise_bound, tolerance=GAP, seconds=LIMIT, outliers=allowed
+    )
     started = time.process_time()
-    estimate = identify(known.model, known.data, known.noise_bound, **how)
+    estimate = solve()
     seconds = time.process_time() - started
     inside = all(i.lower <= t <= i.upper for i, t in zip(estimate, known.truth, strict=True))
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "proof.json"
         started = time.process_time()
-        identify(known.model, known.data, known.noise_bound, **how, certificate=file)
+        solve(certificate=file)
         certified, size = time.process_time() - started, file.stat().st_size / 1e3
         started = time.process_time()
         verify(file, known.data, known.model, known.noise_bound)
