@@ -84,15 +84,16 @@ def constrained(problem: Fitting, vector: Array, constraints: Constraints) -> Ar
         error, slopes = problem.residual(x * scale), problem.jacobian(x * scale)
         return np.asarray(np.nan_to_num(2 * (error @ slopes) * scale / cost, posinf=0.0, neginf=0.0))
 
-    found = minimize(
-        value,
-        vector / scale,
-        jac=gradient,
-        method="SLSQP",
-        bounds=list(zip(lower / scale, upper / scale, strict=True)),
-        constraints=NonlinearConstraint(
-            lambda x: constraints.value(x * scale), 0.0, np.inf, jac=lambda x: constraints.slopes(x * scale) * scale
-        ),
-        options={"maxiter": _ITERATIONS, "ftol": 1e-10},
-    )
+    with np.errstate(all="ignore"):  # a run may diverge on the way
+        found = minimize(
+            value,
+            vector / scale,
+            jac=gradient,
+            method="SLSQP",
+            bounds=list(zip(lower / scale, upper / scale, strict=True)),
+            constraints=NonlinearConstraint(
+                lambda x: constraints.value(x * scale), 0.0, np.inf, jac=lambda x: constraints.slopes(x * scale) * scale
+            ),
+            options={"maxiter": _ITERATIONS, "ftol": 1e-10},
+        )
     return np.asarray(np.clip(found.x * scale, lower, upper))

@@ -13,7 +13,7 @@ from relaxations.check import bundle
 from relaxations.check.runs.read import is_run
 from relaxations.proof.certificate_file import write_content
 from smid.data import Dataset
-from smid.data.window import Window, part_of, whole
+from smid.data.window import Window, cut_all, whole
 from smid.models import Model
 from smid.verification.origin import origin_of, source_of
 from smid.verification.verify_run import statement_of
@@ -78,7 +78,7 @@ def write_certificates(
     """
     first, *others = contents
     if is_run(first) and not others:  # it states model and noise bounds itself
-        origin = source_of(part_of(data, windows), model.channels)
+        origin = source_of(cut_all(data, windows) if windows else data, model.channels)
         origin |= {"windows": [window.to_dict() for window in windows]} if windows else {}
     elif bundle.is_bundle(first) or others:
         if others:

@@ -210,8 +210,9 @@ def test_a_point_that_fits_the_windows_alone_is_no_inner_end(monkeypatch, second
         assert estimate.reason in (Reason.TIGHT, Reason.TIME)
 
 
-def test_a_record_whose_least_squares_break_the_constraints_is_not_scanned():
-    """The least squares of a growing record are unstable; then all samples are used."""
+def test_a_record_whose_least_squares_break_the_constraints_is_not_scanned(monkeypatch):
+    """The least squares of a growing record are unstable; where no other run is found, all samples are used."""
+    monkeypatch.setattr("smid.identification.windows.scan.constrained", lambda _problem, vector, _constraints: vector)
     u = np.ones(300)
     u[::7] = -1.0
     data = Dataset.from_arrays(input={"u": u}, output={"y": 1.01 ** np.arange(300.0)}, sampling_time=1.0)
