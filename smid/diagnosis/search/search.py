@@ -7,9 +7,7 @@ effect on it, each time with a joint fit of everything from several starts.  Wor
    further one is added (Pudil, Novovicova and Kittler, Pattern Recognition Letters 15, 1994);
 2. the best set;
 3. of each size below that of the best set, the `WIDTH` best sets: the first effect found need not be one of several;
-4. sets within `REACH` of it that are better than each of their parts;
-5. where the RMS error of the best set exceeds the noise bound, the `WIDTH` best sets of its size: such a set is not the
-   truth, and the truth may lie beyond another one.
+4. sets within `REACH` of it that are better than each of their parts.
 
 The parts are fitted with the best set, so that an effect that is not needed drops out. A set whose fit becomes much
 better is grown anew. In the `WIDTH` sets of each step that fit best, each effect is put on anew beside the others, so
@@ -30,7 +28,6 @@ from functools import partial
 
 from relaxations.deadline import Progress, TimeIsUp, map_in_time
 from smid.diagnosis.effects.effect import Effect
-from smid.diagnosis.search.compare import rms
 from smid.diagnosis.search.effect_set import (
     EffectSet,
     criterion,
@@ -111,8 +108,7 @@ def search(
                 parts[best] = reduced(best, base, by_name, kept.sets)
                 kept.add(parts[best])
                 continue
-            ahead = [v.effects for v in _ahead_of_their_parts(ranked)]
-            worth = [*parts[best], best, *_widest(ranked), *ahead, *rivals(ranked, record)]
+            worth = [*parts[best], best, *_widest(ranked), *(v.effects for v in _ahead_of_their_parts(ranked))]
             todo = next((s for s in worth if not s.detected and len(s.trials) < MOST and is_new(s, grown, base)), None)
             if todo is not None:
                 grown[todo.names] = todo
@@ -120,8 +116,8 @@ def search(
                 new = enlarged(todo, base, fitted, executor, say)
                 kept.add(new)
                 # The effects that were there had no say in what came later: let each choose its variant again.
-                fit_best = leading([one for one in new if isinstance(one, EffectSet)], base, WIDTH)
-                kept.add(map_in_time(executor, partial(reopened, base=base, effects=by_name), fit_best))
+                ahead = leading([one for one in new if isinstance(one, EffectSet)], base, WIDTH)
+                kept.add(map_in_time(executor, partial(reopened, base=base, effects=by_name), ahead))
                 continue
             # Effects on the noise need no fit, and are compared where nothing else is left.
             near = [v.effects for v in ranked if v.merit >= ranked[0].merit - REACH]
@@ -168,14 +164,6 @@ def _widest(ranked: Sequence[Visited]) -> list[EffectSet]:
     plain = [v.effects for v in ranked if not v.effects.detected]
     sizes = range(len(ranked[0].names))
     return [one for size in sizes for one in [s for s in plain if len(s.trials) == size][:WIDTH]]
-
-
-def rivals(ranked: Sequence[Visited], record: Record) -> list[EffectSet]:
-    """Return the best sets of the size of the best one, if that leaves more than noise within the bound can be."""
-    best = ranked[0].effects
-    if record.noise_bound is None or rms(record.part(record.residual(best.fit))) <= record.noise_bound:
-        return []
-    return [v.effects for v in ranked if len(v.names) == len(best.names)][:WIDTH]
 
 
 def _ahead_of_their_parts(ranked: Sequence[Visited]) -> list[Visited]:

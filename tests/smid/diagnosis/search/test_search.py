@@ -11,9 +11,7 @@ from scipy.signal import lfilter
 from smid import Dataset, OutputError, Parameter
 from smid.diagnosis import Diagnosis, Effect, Extension, diagnose
 from smid.diagnosis.search.effect_set import EffectSet
-from smid.diagnosis.search.ranking import Visited
-from smid.diagnosis.search.record import Record
-from smid.diagnosis.search.search import WIDTH, is_new, rivals
+from smid.diagnosis.search.search import is_new
 from smid.diagnosis.search.trial import fitted_base
 from smid.models import Line, Measurement, Model
 from smid.models.symbols import signal, t
@@ -364,12 +362,3 @@ def test_a_set_is_grown_again_only_from_a_much_better_fit(share, grown_again):
     second = replace(first, fit=replace(base.fit, cost=share * base.fit.cost))
     assert is_new(first, {}, base)
     assert is_new(second, {first.names: first}, base) == grown_again
-
-
-@pytest.mark.parametrize(("bound", "grown"), [(0.39, WIDTH), (0.41, 0), (None, 0)])
-def test_rivals_of_the_best_set_are_grown_where_it_leaves_more_than_the_noise(bound, grown):
-    u = steps(0, 400)
-    data, used = record(u, lag(u) + 0.4, bound=0.0), (np.ones(400, bool),)
-    base = fitted_base(known_lag(), data, used, "u", "y")
-    ranked = [Visited(EffectSet((), base.fit, base.errors), -float(k)) for k in range(WIDTH + 1)]
-    assert rivals(ranked, Record(data, used, "u", "y", bound)) == [one.effects for one in ranked[:grown]]
