@@ -7,7 +7,7 @@ import time
 
 import discopt
 
-from benchmarks.rivals.stated import RivalEnd, boxes, members
+from benchmarks.rivals.stated import RivalEnd, boxes, sums
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
 
@@ -16,15 +16,11 @@ def discopt_minimum(problem: PolynomialProblem, objective: Polynomials, gap: flo
     """Minimise a polynomial, to a relative gap or until a limit in seconds."""
     model = discopt.Model("problem")
     x = [model.continuous(f"x{k}", lb=low, ub=up) for k, (low, up) in enumerate(boxes(problem))]
-
-    def sums(family: Polynomials) -> list[object]:
-        return [sum(math.prod((x[v] for v in vs), start=c) for c, vs in member) for member in members(family)]
-
-    for value in sums(problem.equalities):
+    for value in sums(problem.equalities, x):
         model.subject_to(value == 0)
-    for value in sums(problem.inequalities):
+    for value in sums(problem.inequalities, x):
         model.subject_to(value >= 0)
-    model.minimize(sums(objective)[0])
+    model.minimize(sums(objective, x)[0])
     started = time.process_time()
     found = model.solve(time_limit=limit, gap_tolerance=gap)
     seconds = time.process_time() - started

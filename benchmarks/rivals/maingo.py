@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import time
 
 import maingopy
 
-from benchmarks.rivals.stated import RivalEnd, boxes, members
+from benchmarks.rivals.stated import RivalEnd, boxes, sums
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.problem.problem import PolynomialProblem
 
@@ -25,14 +24,10 @@ class _Stated(maingopy.MAiNGOmodel):  # type: ignore[misc]
 
     def evaluate(self, x: list[maingopy.FFVar]) -> maingopy.EvaluationContainer:
         """Return objective and constraints, ``g <= 0`` and ``h == 0``."""
-
-        def sums(family: Polynomials) -> list[maingopy.FFVar]:
-            return [sum(math.prod((x[v] for v in vs), start=c) for c, vs in member) for member in members(family)]
-
         found = maingopy.EvaluationContainer()
-        found.objective = sums(self.objective)[0]
-        found.eq = sums(self.problem.equalities)
-        found.ineq = [-value for value in sums(self.problem.inequalities)]
+        found.objective = sums(self.objective, x)[0]
+        found.eq = sums(self.problem.equalities, x)
+        found.ineq = [-value for value in sums(self.problem.inequalities, x)]
         return found
 
 
@@ -42,7 +37,7 @@ def maingo_minimum(problem: PolynomialProblem, objective: Polynomials, gap: floa
     solver = maingopy.MAiNGO(stated)
     for option, value in (("epsilonA", gap), ("epsilonR", gap), ("maxTime", limit)):
         solver.set_option(option, value)
-    for verbosity in ("loggingDestination", "LBP_verbosity", "UBP_verbosity", "BAB_verbosity"):
+    for verbosity in ("loggingDestination", "writeResultFile", "LBP_verbosity", "UBP_verbosity", "BAB_verbosity"):
         solver.set_option(verbosity, 0)
     started = time.process_time()
     solver.solve()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -36,3 +38,8 @@ def members(family: Polynomials) -> list[list[tuple[float, list[int]]]]:
     ):
         members[row].append((value, [v for v in factor if v >= 0]))
     return members
+
+
+def sums(family: Polynomials, x: list[Any]) -> list[Any]:
+    """Return each polynomial of the variables of a solver that overloads plus and times."""
+    return [sum(math.prod((x[v] for v in factors), start=c) for c, factors in member) for member in members(family)]
