@@ -55,13 +55,28 @@ class Served:
         self.fields["file"] = answer.get("file", "")
         return answer.get("file", answer.get("error"))
 
-    def run(self, step, **fields):
-        """Run a step with more fields; return its last event, with the code and the lines of progress."""
+    def run(self, step, *, stop_at=None, **fields):
+        """Run a step with more fields; return its last event, with the code and the lines of progress.
+
+        Parameters
+        ----------
+        stop_at
+            Part of a line of progress, at which the server is asked to stop the step.
+        """
         self.fields |= fields
-        status, text = self.ask(f"run/{step}", urllib.parse.urlencode(self.fields).encode())
-        if status != 200:
-            return json.loads(text)
-        code, *lines, last = map(json.loads, text.splitlines())
+        request = urllib.request.Request(
+            urllib.parse.urljoin(self.address, f"run/{step}"), urllib.parse.urlencode(self.fields).encode()
+        )
+        events = []
+        try:
+            with urllib.request.urlopen(request, timeout=60) as answer:
+                for line in answer:
+                    events.append(json.loads(line))
+                    if stop_at and stop_at in events[-1].get("line", ""):
+                        self.ask("stop", b"")
+        except urllib.error.HTTPError as error:
+            return json.loads(error.read())
+        code, *lines, last = events
         if last["answer"]:
             self.fields |= last["answer"]["values"]
         return {**last, **code, "lines": [line["line"] for line in lines]}

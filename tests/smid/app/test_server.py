@@ -3,8 +3,6 @@
 import json
 import multiprocessing
 import socket
-import threading
-import time
 
 import pytest
 
@@ -181,21 +179,9 @@ def late(content):
 
 
 def test_work_can_be_stopped_and_the_next_step_runs(with_model):
-    finished = threading.Event()
-
-    def ask_again() -> None:  # on a busy machine the work may begin later than the first request
-        while not finished.wait(1.5):
-            with_model.ask("stop", b"")
-
-    stop = threading.Thread(target=ask_again)
-    stop.start()
-    began = time.monotonic()
-    done = with_model.run("cause", **{"bound:level__LT_1_": "0.05", "effects": ""})
-    finished.set()
-    stop.join()
-    assert time.monotonic() - began < 40
+    done = with_model.run("cause", stop_at="trying", **{"bound:level__LT_1_": "0.05", "effects": ""})
     assert done["answer"], done["error"]
-    assert "stopped" in done["error"] or "ended early" in done["answer"]["html"]
+    assert "ended early" in done["answer"]["html"]
     assert with_model.run("least")["error"] == ""
 
 
