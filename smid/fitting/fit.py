@@ -31,17 +31,18 @@ from relaxations.deadline import check_time
 from smid.data import Channel, DataError, Dataset
 from smid.data.gaps import bridged, missing_samples
 from smid.display.result import Part, Result
-from smid.models import Model
+from smid.models import Line, Model
 from smid.models.predictor import past_name, predictor
 from smid.models.sensitivities import FreeRun, Initial, compile_free_run
 from smid.models.sensor import channel_to_signal, signal_to_channel
-from smid.models.symbols import VALUE, plain_symbols
+from smid.models.symbols import VALUE, plain_symbols, references
 
 Errors = tuple[tuple[int, str, Array, Array], ...]
 """What `Fitting.errors` yields: index of the experiment, output channel, errors (n,), derivatives (n, n_free)."""
 
 _MOST_INITIAL = 12
 _SETTLING = 400
+_LEVELS = 9  # at which an abrupt memory may begin
 _BEGINNING = 25  # samples per state for the initial states of an experiment that is not fitted
 _SMALL, _ENDLESS = 1e-6, 0.95  # change in the second half over change in the first: settled below, no limit above
 _RUNAWAY = 1e6  # standard deviations; a larger residual counts as divergence
@@ -152,6 +153,9 @@ class Fitting:
         memories = {line.signal for line in model.lines if _is_stop(line.expression)}
         self.begun = [k for k, (name, _) in enumerate(self.run.states) if name not in memories]
         self.frees_initial = len(self.begun) * len(data.experiments) <= _MOST_INITIAL
+        # A step of the run hides from a descent which way such a state has to go.
+        stepping = {line.signal for line in model.lines if _steps_by_itself(line)} - set(sensors)
+        self._abrupt = [k for k in self.begun if self.run.states[k][0] in stepping]
         self.lower = np.array([model.parameter(n).lower for n in self.run.parameters])
         self.upper = np.array([model.parameter(n).upper for n in self.run.parameters])
 
@@ -179,9 +183,24 @@ class Fitting:
         if any(self.known):
             # States known from other parameters may fit worse than a guess.
             fresh = self._joined(vector, [self._guess(e, inside, {}) for e in self._each()])
-            costs = [float(np.nan_to_num(np.sum(self.residual(v) ** 2), nan=np.inf)) for v in (start, fresh)]
-            start = fresh if costs[1] < costs[0] else start
+            start = min(start, fresh, key=self._cost)
+        return self._begun_abruptly(start) if self._abrupt else start
+
+    def _begun_abruptly(self, start: Array) -> Array:
+        """Return a start vector whose abrupt memories begin at the best of some levels that they reach later."""
+        for e in self._each():
+            signals, _ = self.run.run(self.inputs[e], self._values(start), self.initial(start)[e], jacobian=False)
+            for k in self._abrupt:
+                reached = signals[self.run.states[k][0]]
+                place = len(self.run.parameters) + e * len(self.begun) + self.begun.index(k)
+                others = np.repeat(start[None], _LEVELS, axis=0)
+                others[:, place] = np.linspace(np.nanmin(reached), np.nanmax(reached), _LEVELS)
+                start = min([start, *others], key=self._cost)
         return start
+
+    def _cost(self, vector: Array) -> float:
+        """Return the sum of the squared residuals; infinite where the simulation diverges."""
+        return float(np.nan_to_num(np.sum(self.residual(vector) ** 2), nan=np.inf))
 
     def at(self, values: Mapping[str, float], initial: Sequence[Initial]) -> Array:
         """Return the vector of parameter values and initial states: a simulation there repeats a fit."""
@@ -425,6 +444,13 @@ def _is_stop(expression: sympy.Expr) -> bool:
     """Return whether a line has numeric limits and no parameters."""
     limited = isinstance(expression, sympy.Max | sympy.Min) and any(a.is_number for a in expression.args)
     return limited and not plain_symbols(expression)
+
+
+def _steps_by_itself(line: Line) -> bool:
+    """Return whether a line makes a step where its own past crosses a threshold."""
+    return any(
+        line.signal in {name for name, _ in references(step.args[0])} for step in line.expression.atoms(sympy.sign)
+    )
 
 
 def fit(

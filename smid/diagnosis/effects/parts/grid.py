@@ -1,15 +1,17 @@
 """Starts from a grid: for shapes that no slope leads to, as where a thing that sticks comes free.
 
-The points of the grid are simulated with the base model's values, all at once. They are ranked by what is left of the
-outputs after the best sum of the simulated output, of what lags of several poles make of it, and a constant: so a gain
-or a pole that the base model has wrong without the effect does not decide. About the best points the grid is made
-finer. The base model is then fitted at each point that is returned.
+The points of the grid are simulated with the base model's values, all at once; those about the best points from several
+beginnings of the memory, which acts until the thing first comes free. They are ranked by what is left of the outputs
+after the best sum of the simulated output, of what lags of several poles make of it, and a constant: so a gain or a
+pole that the base model has wrong without the effect does not decide. About the best points the grid is made finer. The
+base model is then fitted at each point that is returned.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -26,13 +28,14 @@ __all__ = ["best_of"]
 _POLES = (0.6, 0.8, 0.9, 0.95, 0.98)
 _BEAM, _ROUNDS = 24, 4
 _EVALUATIONS = 30
+_BEGINNINGS = (-0.8, -0.4, 0.0, 0.4, 0.8)
 _APART = 0.2  # in the logarithm of a parameter: nearer points are one start
 _TOGETHER = 64  # points that are simulated at once
 _RIDGE = 1e-9  # of the lags' power: neighbouring poles give nearly the same
 
 
 def best_of(
-    model: Model, site: Site, axes: Mapping[str, Sequence[float]], count: int
+    model: Model, site: Site, axes: Mapping[str, Sequence[float]], memory: str, count: int
 ) -> tuple[Mapping[str, float], ...]:
     """Return different points at which the model is nearest to the output, each with values of its base; best first.
 
@@ -42,6 +45,8 @@ def best_of(
     ----------
     axes
         Per parameter its levels, largest first, each the same share of the one before.
+    memory
+        A signal that begins anywhere up to the sum of the parameters, of either sign.
     """
     points = np.array(list(product(*axes.values())))
     free = {p.name for p in model.parameters if p.lower < p.upper}
@@ -49,12 +54,13 @@ def best_of(
         finer = np.array([levels[0] / levels[1] for levels in axes.values()])
         most = np.array([model.parameter(name).upper for name in axes])
         moves = np.array([way for way in product((-1, 0, 1), repeat=len(axes)) if any(way)])
-        left = _left(model, site, axes, points)
+        leaves = partial(_left, model, site, tuple(axes), memory)
+        left = leaves((0.0,), points)
         for _ in range(_ROUNDS):
             finer = np.sqrt(finer)
             best = points[np.argsort(left, kind="stable")[:_BEAM]]
             near = np.unique(np.minimum(most, best[:, None] * finer**moves).reshape(-1, len(axes)), axis=0)
-            points, left = np.concatenate([points, near]), np.concatenate([left, _left(model, site, axes, near)])
+            points, left = np.concatenate([points, near]), np.concatenate([left, leaves(_BEGINNINGS, near)])
         chosen: list[Array] = []
         for point in points[np.argsort(left, kind="stable")]:
             if len(chosen) < count and all(np.abs(np.log(point / other)).max() > _APART for other in chosen):
@@ -76,18 +82,30 @@ def _adapted(model: Model, site: Site, point: Mapping[str, float]) -> Mapping[st
     return {**problem.result(vector, cost).model.values, **point} if np.isfinite(cost) else point
 
 
-def _left(model: Model, site: Site, names: Iterable[str], points: Array) -> Array:
-    """Return the sum of squares that each point leaves, outputs over their scales, shape (n_points,)."""
+def _left(
+    model: Model, site: Site, names: Sequence[str], memory: str, beginnings: Sequence[float], points: Array
+) -> Array:
+    """Return the sum of squares that each point leaves, outputs over their scales, shape (n_points,).
+
+    Parameters
+    ----------
+    beginnings
+        Of the memory, as shares of the sum of a point: of each experiment the best counts.
+    """
     if len(points) > _TOGETHER:  # what a processor's cache holds
         parts = np.array_split(points, -(-len(points) // _TOGETHER))
-        return np.concatenate([_left(model, site, names, part) for part in parts])
-    left, begin = np.zeros(len(points)), model.max_lag
+        return np.concatenate([_left(model, site, names, memory, beginnings, part) for part in parts])
+    values, begin = dict(zip(names, points.T, strict=True)), model.max_lag
+    reach = np.repeat(points.sum(axis=1, keepdims=True), begin, axis=1)
+    left = np.zeros(len(points))
     for run in site.data.experiments:
-        values = dict(zip(names, points.T, strict=True))
-        simulated = simulate(model, run.values, values, check=False)
-        for channel in model.output_channels:
-            y = run.values[channel][begin + 1 :] / site.scale(channel)
-            left += _left_of(y - y.mean(), simulated[channel][:, begin:] / site.scale(channel))
+        found = np.zeros((len(beginnings), len(points)))
+        for k, share in enumerate(beginnings):
+            simulated = simulate(model, run.values, values, {memory: share * reach}, check=False)
+            for channel in model.output_channels:
+                y = run.values[channel][begin + 1 :] / site.scale(channel)
+                found[k] += _left_of(y - y.mean(), simulated[channel][:, begin:] / site.scale(channel))
+        left += found.min(axis=0)
     return left
 
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy
+from scipy.signal import lfilter
 
 from smid import Dataset, OutputError
 from smid.diagnosis.effects import EFFECTS
@@ -70,6 +71,23 @@ def test_a_valve_that_sticks(u: np.ndarray) -> None:
     assert after < 1.2
     assert trial.values["slip_jump"] == pytest.approx(0.2, abs=0.04)
     assert trial.values["sliding_friction"] == pytest.approx(0.1, abs=0.01)
+
+
+def test_a_valve_that_sticks_little_beside_how_far_its_command_drifts_and_begins_pulled() -> None:
+    generator = np.random.default_rng(1)
+    u = np.cumsum(generator.choice([-1.0, 0.0, 1.0], 300)) + generator.uniform(-0.5, 0.5, 300)
+    pulled, stem = 0.9, []
+    for step in np.diff(u, prepend=u[0]):
+        pull = pulled + step
+        pulled = pull if abs(pull) <= 1.2 else 0.4 * np.sign(pull)
+        stem.append(pulled)
+    y = lfilter([0, 0.3], [1, -0.7], u - stem)
+    trial, before, after = tried("valve_stiction", OutputError(stable=True), u, y, 0.005)
+    assert np.ptp(u) > 50 * 0.4
+    assert before > 5
+    assert after < 1.2
+    assert trial.values["slip_jump"] == pytest.approx(0.8, abs=0.04)
+    assert trial.values["sliding_friction"] == pytest.approx(0.4, abs=0.02)
 
 
 @pytest.mark.parametrize("cube", [6.0, -1.0], ids=["hardens", "softens"])
