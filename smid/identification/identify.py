@@ -153,7 +153,7 @@ def identify(
         anything beyond the priors was proven. It is checked on the way, as ``python -m relaxations.check FILE`` does
         again; at a thousand samples that takes half a minute. With outliers, or outputs that share nothing, it holds
         the certificates of all parts. After an inversion the ends are those that the checker's arithmetic gives, which
-        differ from those without a file by little. There is none for a model of the scheme "enclosed".
+        differ from those without a file by little.
     windows
         Prove the intervals of a long record on the windows that hold their ends (:mod:`smid.identification.windows`),
         where method and order are not asked for. They hold for the whole record; false proves them on all samples.
@@ -183,11 +183,6 @@ def identify(
     data = as_dataset(data, model)
     model, kept = bind(model, data), certificate is not None
     check_data(model, data)
-    if kept and model.enclosed:
-        raise ModelError(
-            f"no certificate can be written for the scheme {model.scheme!r}: the checker does not integrate. Leave the "
-            "certificate out, or choose another scheme, whose intervals are those of its discretisation"
-        )
     bounds = check_noise_bound(model, noise_bound, None)
     encloser: Encloser
     if outliers:

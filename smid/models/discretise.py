@@ -38,7 +38,7 @@ from smid.models.rosenbrock import affine_step, rosenbrock_step
 from smid.models.structure import groups
 from smid.models.symbols import number, plain_symbols, references, signal, swapped, t
 
-__all__ = ["ENCLOSED", "SCHEMES", "discretise", "held_rates", "summed"]
+__all__ = ["ENCLOSED", "SCHEMES", "discretise", "held_rates", "read_by", "summed"]
 
 _HALF = sympy.Rational(1, 2)
 
@@ -135,14 +135,22 @@ def summed(lines: Sequence[Line]) -> tuple[Line, ...]:
     >>> print(summed([Line(x[t], u[t] - x[t] ** 2, rate=True)])[0])
     x[t] = u[t - 1] + x[t - 1]
     """
-    sums = {
-        name: sympy.Add(
-            *{signal(read)[t - max(lag, 1)] for read, lag in {*references(rate), (name, 1)}},
-            *(sympy.Symbol(parameter, real=True) for parameter in plain_symbols(rate)),
-        )
-        for name, rate in held_rates(lines).items()
-    }
-    return tuple(Line(line.target, sums.get(line.signal, line.expression)) for line in lines)
+    rates = held_rates(lines)
+    return tuple(read_by(line.signal, rates[line.signal]) if line.rate else line for line in lines)
+
+
+def read_by(name: str, rate: sympy.Expr) -> Line:
+    """Return a line that reads what the solution of a held rate reads: a sum.
+
+    Examples
+    --------
+    >>> x, u = signal("x"), signal("u")
+    >>> print(read_by("x", u[t - 1] - x[t] ** 2))
+    x[t] = u[t - 1] + x[t - 1]
+    """
+    signals = {signal(read)[t - max(lag, 1)] for read, lag in {*references(rate), (name, 1)}}
+    parameters = (sympy.Symbol(parameter, real=True) for parameter in plain_symbols(rate))
+    return Line(signal(name)[t], sympy.Add(*signals, *parameters))
 
 
 def _affine(name: str, rate: sympy.Expr, slope: sympy.Expr, scheme: str, substeps: int, step: sympy.Expr) -> sympy.Expr:

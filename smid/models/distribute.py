@@ -1,4 +1,4 @@
-"""Products of parameters, taken out of the brackets that hold them.
+"""A model as inversion reads it: products of parameters are taken out of the brackets that hold them.
 
 The line ``x = J (c u - w v)`` of signals u and v is linear in the products ``J c`` and ``J w``, each of which is one
 number at all samples, however much J, c and w themselves are in doubt. So brackets are written out whose terms have
@@ -12,7 +12,28 @@ from dataclasses import replace
 import sympy
 
 from smid.models.model import Model
-from smid.models.symbols import plain_symbols, references
+from smid.models.symbols import number, plain_symbols, references, swapped
+
+
+def as_inverted(model: Model) -> Model:
+    """Return a model with a sampling time as inversion reads it.
+
+    Unless the intervals are those of the differential equation, it is discretised. Parameters that are known are
+    numbers, so that derivatives become simpler.
+
+    Examples
+    --------
+    >>> from smid.models import OwnModel
+    >>> how, boxes = {"scheme": "enclosed", "sampling_time": 1.0}, {"k": (0, 1), "c": (2, 2)}
+    >>> print(as_inverted(OwnModel(["d/dt x = k*u - c*x"], {"y": "x"}, ["u"], boxes, **how)).lines[0])
+    d/dt x = k*u[t] - 2*x[t]
+    """
+    if not model.enclosed:
+        return distributed(model.discretised())
+    known = {p.symbol: number(p.lower) for p in model.parameters if p.lower == p.upper}
+    return distributed(
+        replace(model, lines=tuple(replace(e, expression=swapped(e.expression, known)) for e in model.lines))
+    )
 
 
 def distributed(model: Model) -> Model:

@@ -15,6 +15,7 @@ from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.data.window import Window, cut_all
 from smid.models import Model
+from smid.models.discretise import held_rates
 from smid.models.expressions import to_text
 from smid.models.hidden_states import without_hidden_states
 
@@ -51,11 +52,13 @@ def model_statement(model: Model) -> dict[str, Any]:
 
 
 def plain_statement(plain: Model) -> dict[str, Any]:
-    """Return a model of plain lines as text."""
+    """Return a model as text: plain lines, and rates in which all is held that does not move with the states."""
+    rates = {name: to_text(rate) for name, rate in held_rates(plain.lines).items()}
     return {
         "name": plain.name,
         "parameters": {p.name: [_end(p.lower), _end(p.upper)] for p in plain.parameters},
-        "lines": {line.signal: to_text(line.expression) for line in plain.lines},
+        "lines": {line.signal: to_text(line.expression) for line in plain.lines if not line.rate},
+        **({"rates": rates, "interval": float(plain.sampling_time or 0.0).hex()} if rates else {}),
         "measurements": [
             {
                 "channel": m.channel,

@@ -65,6 +65,7 @@ class Verification(Result):
         model, data = self.origin["model"], self.origin["data"]
         yield f"verified: the proof holds, and its {self.equations} equations are those of the model on these data"
         yield f"model: {model['name']}"
+        yield from (f"  d/dt {signal} = {text}" for signal, text in model.get("rates", {}).items())
         yield from (f"  {signal}[t] = {text}" for signal, text in model["lines"].items())
         bounds = {c: float.fromhex(b) for c, b in self.origin["noise_bounds"].items()}
         yield "noise bounds: " + ", ".join(f"{channel} {bound:g}" for channel, bound in bounds.items())
@@ -133,7 +134,7 @@ def verify(
         _compare_data(origin["data"], part)
         if model is not None:
             own = bind(model, part)
-            if own.enclosed:
+            if own.enclosed and "rates" not in origin["model"]:
                 raise NotProvenError(
                     f"{proof}: the proof is about lines of samples, and model {own.name!r} about its differential "
                     f"equation (scheme {own.scheme!r})"
@@ -248,15 +249,22 @@ def _compare_data(stated: Mapping[str, Any], data: Dataset) -> None:
 
 def _compare_models(stated: Mapping[str, Any], own: Mapping[str, Any]) -> None:
     """Raise an error that names the first part of the model that differs from the proof."""
-    for kind, key in (("parameter", "parameters"), ("line", "lines"), ("bounds of", "bounds")):
-        before, now = (of.get(key, {}) for of in (stated, own))  # only a model with bounded states tells bounds
+    for kind, key in (
+        ("parameter", "parameters"),
+        ("rate of", "rates"),
+        ("line", "lines"),
+        ("bounds of", "bounds"),
+    ):
+        before, now = (of.get(key, {}) for of in (stated, own))  # not every model has rates, or bounds
         for name in dict.fromkeys((*before, *now)):
             left, right = before.get(name), now.get(name)
-            same = _same_text(left, right) if key == "lines" else left == right
+            same = _same_text(left, right) if key in ("rates", "lines") else left == right
             if not same:
                 raise ModelError(
                     f"the {kind} {name!r} of the model is not that of the proof: {_shown(right)}, not {_shown(left)}"
                 )
+    if stated.get("interval") != own.get("interval"):
+        raise ModelError("the time between two samples of the model is not that of the proof")
     for kind, key in (("measurement", "measurements"), ("constraint", "constraints")):
         left, right = stated[key], own[key]
         same = left == right or (key == "constraints" and len(left) == len(right) and all(map(_same_text, left, right)))

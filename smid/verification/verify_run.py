@@ -11,7 +11,8 @@ from relaxations.check.forms import shown_name
 from relaxations.check.runs.read import Document
 from smid.data import Dataset
 from smid.models import Model
-from smid.models.distribute import distributed
+from smid.models.discretise import read_by
+from smid.models.distribute import as_inverted
 from smid.models.expressions import from_text
 from smid.models.parts import Line
 from smid.models.running import at_sampling_time
@@ -23,15 +24,18 @@ from smid.verification.origin import plain_statement, samples_as_text
 
 def statement_of(model: Model, data: Dataset) -> dict[str, Any]:
     """Return a model (bound to the data) as a run certificate states it."""
-    return plain_statement(distributed(at_sampling_time(model, data.sampling_time).discretised()))
+    return plain_statement(as_inverted(at_sampling_time(model, data.sampling_time)))
 
 
 def check_statement(found: Document, data: Dataset) -> int:
     """Return the number of equations in the certificate; NotProvenError names what is not of the model or the data."""
     content = found.content
-    lines = causal_order(Line(signal(name)[t], from_text(text)) for name, text in content["model"]["lines"].items())
+    model = content["model"]
+    rates = (read_by(name, from_text(text)) for name, text in model.get("rates", {}).items())
+    plain = (Line(signal(name)[t], from_text(text)) for name, text in model["lines"].items())
+    lines = causal_order((*rates, *plain))
     # The samples.
-    channels = [m["channel"] for m in content["model"]["measurements"]]
+    channels = [m["channel"] for m in model["measurements"]]
     for stated, run in zip(content["experiments"], data.experiments, strict=True):
         for name, samples in stated["channels"].items():
             if samples != samples_as_text(run.values[name]):

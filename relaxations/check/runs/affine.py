@@ -166,6 +166,43 @@ def negative(a: Form) -> Form:
     return Form(-a.mid, {k: -slope for k, slope in a.slopes.items()}, a.radius, -a.high, -a.low)
 
 
+def scaled(a: Form, factor: Fraction) -> Form:
+    """Return a form times a number."""
+    n, d = factor.numerator, factor.denominator
+    ends = (a.low, a.high) if n >= 0 else (a.high, a.low)
+    low, high = (_times(n, end) for end in ends)
+    low, high = (low // d if isinstance(low, int) else low), (-(-high // d) if isinstance(high, int) else high)
+    if not isinstance(a.radius, int):
+        return between(low, high)
+    slopes = {k: n * slope // d for k, slope in a.slopes.items()}
+    return _tidied(n * a.mid // d, slopes, -(-abs(n) * a.radius // d) + len(slopes) + 1, low, high)
+
+
+def gathered(a: Form, symbols: int, own: int) -> Form:
+    """Return a form whose radius and slopes in symbols from a number on are one slope, in a symbol of its own."""
+    if not isinstance(a.radius, int):
+        return a
+    slopes = {k: slope for k, slope in a.slopes.items() if k < symbols}
+    slopes[own] = spread(a) - sum(map(abs, slopes.values()))
+    return Form(a.mid, slopes, 0, a.low, a.high)
+
+
+def scattered(a: Form, symbols: int, own: int, before: Form) -> Form:
+    """Return a form with the symbols that were gathered from one before, in place of their own."""
+    if own not in a.slopes or not isinstance(a.radius, int) or not isinstance(before.radius, int):
+        return a
+    slopes, slope = dict(a.slopes), a.slopes[own]
+    del slopes[own]
+    further = {k: part for k, part in before.slopes.items() if k >= symbols}
+    size = sum(map(abs, further.values())) + before.radius
+    if not size:
+        return Form(a.mid, slopes, a.radius, a.low, a.high)
+    for k, part in further.items():
+        slopes[k] = slopes.get(k, 0) + slope * part // size
+    radius = a.radius - (-abs(slope) * before.radius // size) + len(further)
+    return _tidied(a.mid, slopes, radius, a.low, a.high)
+
+
 def line(a: Form, slope: int, low: int, high: int, ends: Range) -> Form:
     """Return the form of ``slope a`` plus a number between low and high, itself between two ends."""
     assert isinstance(a.radius, int)

@@ -13,7 +13,7 @@ from relaxations.check.forms import Reader, excerpt, read_name, shown_name
 from relaxations.check.runs.affine import LARGEST, Range, between
 from relaxations.check.runs.fixed import above, below
 from relaxations.check.runs.proof import Node, Pass, Side
-from relaxations.check.runs.run import CONSTRAINT, LINKS, Source
+from relaxations.check.runs.run import BALANCES, CONSTRAINT, LINKS, Source
 from relaxations.check.runs.statement import Measured, Piece, Samples, Stated
 from relaxations.check.runs.tape import Tape
 
@@ -23,6 +23,7 @@ VERSION = 1
 MOST_SAMPLES = 1 << 24
 MOST_KEPT = 1 << 10
 MOST_UNKNOWNS = 10_000
+MOST_STEPS = 1 << 10
 LONGEST_TEXT = 200_000
 LARGEST_SHIFT = 1 << 11
 WORK = 200_000_000
@@ -81,9 +82,12 @@ def document(content: Any) -> Document:
         "claim",
         "boxes",
     )
-    file = reader.fields(content, "the file", keys, ("origin", "pieces"))
+    file = reader.fields(content, "the file", keys, ("origin", "pieces", "steps"))
     model = reader.fields(
-        file["model"], "model", ("name", "parameters", "lines", "measurements", "constraints"), ("bounds",)
+        file["model"],
+        "model",
+        ("name", "parameters", "lines", "measurements", "constraints"),
+        ("bounds", "rates", "interval"),
     )
     try:
         stated = _stated(reader, file, model)
@@ -105,7 +109,11 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
     confused = sorted({"pi", "E", "value"} & parameters.keys())
     if confused:
         raise Unreadable(f"a parameter is called {confused[0]}, which stands for something else")
-    lines = _named(model["lines"], "lines")
+    rates, lines = _named(model.get("rates", {}), "rates"), _named(model["lines"], "lines")
+    both = sorted(rates.keys() & lines.keys())
+    if both:
+        raise Unreadable(f"{excerpt(both[0])} has a rate, and a line defines it")
+    interval, steps = _interval(reader, file, model) if rates else (Fraction(0), 1)
     bounds = {
         name: reader.number(value, f"the noise bound of {shown_name(name)}")
         for name, value in _named(file["noise_bounds"], "noise_bounds").items()
@@ -119,19 +127,22 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
     if not records:
         raise Unreadable("there are no experiments")
     # Operations: signals that a measurement defines, then the lines in their order, then the rows.
-    taken = {*lines, *(m.signal for m in measurements)}
+    defined = (*rates, *lines)
+    taken = {*defined, *(m.signal for m in measurements)}
     exact = frozenset.intersection(*(frozenset(run.channels) for run in records)) - taken
     tape = Tape({name: k for k, name in enumerate(parameters)}, exact)
-    texts = reader.items(model["constraints"], "constraints")
-    constraints = tuple(tape.constraint(_text(text, f"constraint {k}")) for k, text in enumerate(texts))
+    conditions = reader.items(model["constraints"], "constraints")
+    constraints = tuple(tape.constraint(_text(text, f"constraint {k}")) for k, text in enumerate(conditions))
     first = {}
     for k, m in enumerate(measurements):
-        if m.signal not in lines and m.signal not in first:
+        if m.signal not in defined and m.signal not in first:
             tape.define(m.signal, tape.shown(k, m.inverse))
             first[m.signal] = 0
-    starts = reader.fields(file["first"], "first", lines)
-    for name, text in lines.items():
-        lag = tape.line(name, _text(text, f"the line of {shown_name(name)}"))
+    starts = reader.fields(file["first"], "first", defined)
+    texts = {name: _text(text, f"the line of {shown_name(name)}") for name, text in (*rates.items(), *lines.items())}
+    longest = tape.integrated({name: texts[name] for name in rates})
+    for name in defined:
+        lag = longest if name in rates else tape.line(name, texts[name])
         first[name] = reader.index(starts[name], f"the first sample of {shown_name(name)}", MOST_SAMPLES)
         if first[name] < lag:
             raise Unreadable(f"the line of {shown_name(name)} reads {lag} samples back, before its first sample")
@@ -141,8 +152,8 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
     measured = [
         Measured(
             m.signal,
-            tape.less(tape.now[m.signal], tape.shown(k, m.inverse)) if m.signal in lines else None,
-            tape.now[m.signal] if m.signal in lines and m.inverse is None else None,
+            tape.less(tape.now[m.signal], tape.shown(k, m.inverse)) if m.signal in defined else None,
+            tape.now[m.signal] if m.signal in defined and m.inverse is None else None,
         )
         for k, m in enumerate(measurements)
     ]
@@ -152,7 +163,7 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
         for name, pair in _named(model.get("bounds", {}), "bounds").items()
     }
     for name in between_ends:
-        if name not in lines:
+        if name not in defined:
             raise Unreadable(f"{excerpt(name)} has bounds, and no line defines it")
         own = tape.now[name]
         measured.append(Measured(name, tape.less(own, tape.shown(len(measured), None)), own))
@@ -177,11 +188,11 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
         work.spend(10 * (stop - start) * (len(measured) + len(exact)))
         part = slice(start, stop)
         places = {}
-        for name in (name for name in lines if name in tape.lags):
-            steps = min(first[name], stop - start)
-            if len(names) + steps > MOST_UNKNOWNS:
+        for name in (name for name in defined if name in tape.lags):
+            unknown = min(first[name], stop - start)
+            if len(names) + unknown > MOST_UNKNOWNS:
                 raise Unreadable(f"there are more than {MOST_UNKNOWNS} unknowns, the limit of this program")
-            for now in range(start, start + steps):
+            for now in range(start, start + unknown):
                 seen = [
                     own[now]
                     for m, own in zip(measured, shown[e], strict=True)
@@ -203,13 +214,25 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
         tuple(measured),
         tuple(noises),
         constraints,
-        tuple(lines),
+        tuple(rates),
+        interval,
+        steps,
+        defined,
         {run.name: run.count for run in records},
         tuple(pieces),
         begins,
         kept,
         work,
     )
+
+
+def _interval(reader: Reader, file: Mapping[str, Any], model: Mapping[str, Any]) -> tuple[Fraction, int]:
+    """Return the seconds between two samples, and the number of steps in them."""
+    interval = reader.number(model.get("interval"), "the interval")
+    steps = reader.index(file.get("steps"), "the number of steps", MOST_STEPS + 1)
+    if interval <= 0 or not steps:
+        raise Unreadable("rates need an interval between samples, and steps in it")
+    return interval, steps
 
 
 @dataclass(frozen=True)
@@ -347,9 +370,10 @@ def _source(reader: Reader, value: Any, stated: Stated, where: str) -> Source:
     if run == CONSTRAINT and not isinstance(run, bool):
         counts = (1, len(stated.constraints), 1)
     else:
-        reader.index(run, where, 2 * LINKS)
+        reader.index(run, where, BALANCES + 1)
         piece = reader.index(places[0], where, len(stated.pieces))
-        counts = (piece + 1, len(stated.lines if run >= LINKS else stated.measured), stated.pieces[piece].count)
+        named = stated.measured if run < LINKS else stated.lines if run < BALANCES else stated.rates
+        counts = (piece + 1, len(named), stated.pieces[piece].count)
     e, n, now = (reader.index(place, where, count) for place, count in zip(places, counts, strict=True))
     return run, e, n, now
 

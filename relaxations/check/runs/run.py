@@ -16,23 +16,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from relaxations.check.runs.affine import (
-    UNKNOWN,
-    Form,
-    Range,
-    add,
-    hull,
-    multiply,
-    narrowed,
-    negative,
-    number,
-    spread,
-    symbol,
-)
+from relaxations.check.runs.affine import UNKNOWN, Form, Range, add, narrowed, negative, scaled, spread, symbol
 from relaxations.check.runs.fixed import End
-from relaxations.check.runs.functions import FUNCTIONS, power, raised
+from relaxations.check.runs.motion import Motion
+from relaxations.check.runs.operations import cost_of, operate
 from relaxations.check.runs.statement import Piece, Stated
-from relaxations.check.runs.tape import Entry
 
 FREE, ANCHORED, CONSTRAINT = 0, 1, -1
 """Where a row comes from."""
@@ -40,8 +28,14 @@ FREE, ANCHORED, CONSTRAINT = 0, 1, -1
 LINKS = 2
 """Added to a run: the row says that a signal is what another piece begins with at the same sample."""
 
+BALANCES = 2 * LINKS
+"""In place of a run: the row compares the measurements of a state at both ends of an interval with its rate."""
+
+_BEYOND = 10
+
 Source = tuple[int, int, int, int]
-"""Run, piece, measurement, sample; `LINKS` more than a run, piece, line, sample; or `CONSTRAINT`, 0, constraint, 0."""
+"""Run, piece, measurement, sample; `LINKS` more than a run, piece, line, sample; `BALANCES`, piece, state, sample; or
+`CONSTRAINT`, 0, constraint, 0."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +53,7 @@ def rows(stated: Stated, box: list[Range], sources: Iterable[Source]) -> dict[So
     found: dict[Source, Row | None] = {}
     wanted: dict[tuple[int, int], list[Source]] = {}
     for source in sources:
-        run = source[0] - LINKS if source[0] >= LINKS else source[0]
+        run = source[0] - LINKS if LINKS <= source[0] < BALANCES else source[0]
         wanted.setdefault((run, source[1]), []).append(source)
     starts = [symbol(*ends, k) for k, ends in enumerate(box)]
     fixed = _fixed(stated, starts)
@@ -70,7 +64,7 @@ def rows(stated: Stated, box: list[Range], sources: Iterable[Source]) -> dict[So
                 form = fixed[stated.constraints[source[2]]]
                 found[source] = _row(form, symbols, 0, form.high)
         else:
-            _run(stated, stated.pieces[piece], run == ANCHORED, starts, fixed, symbols, own, found)
+            _run(stated, stated.pieces[piece], run, starts, fixed, symbols, own, found)
     return found
 
 
@@ -97,50 +91,14 @@ def _fixed(stated: Stated, starts: list[Form]) -> list[Form]:
             slopes = {**form.slopes, len(starts) + shared: form.radius}
             form = Form(form.mid, slopes, 0, form.low, form.high)
         forms.append(form)
-        stated.work.spend(_cost(entry) + len(forms[-1].slopes))
+        stated.work.spend(cost_of(entry) + len(forms[-1].slopes))
     return forms
-
-
-def _cost(entry: Entry) -> int:
-    """Return about how long an operation takes without its slopes, of which each takes one."""
-    return 100 if entry[0] in FUNCTIONS or entry[0] in ("power", "raise") else 10
-
-
-def operate(entry: Entry, forms: list[Form], starts: list[Form]) -> Form:
-    """Return the result of an operation."""
-    match entry:
-        case ("+", a, b):
-            return add(forms[a], forms[b])
-        case ("*", a, b):
-            return multiply(forms[a], forms[b])
-        case ("larger", a, b):
-            one, other = forms[a], forms[b]
-            form = add(other, FUNCTIONS["positive"](add(one, negative(other))))
-            return narrowed(form, max(one.low, other.low), max(one.high, other.high))
-        case ("number", value):
-            return number(value)
-        case ("parameter", k):
-            return starts[k]
-        case ("choose", over, a, b, strict):
-            condition = forms[over]
-            if condition.low > 0 or (condition.low == 0 and not strict):
-                return forms[a]
-            if condition.high < 0 or (condition.high == 0 and strict):
-                return forms[b]
-            return hull(forms[a], forms[b])
-        case ("power", a, exponent):
-            return power(forms[a], exponent)
-        case ("raise", a, exponent):
-            return raised(forms[a], forms[exponent])
-        case (name, a):
-            return FUNCTIONS[name](forms[a])
-    raise AssertionError(entry)
 
 
 def _run(
     stated: Stated,
     piece: Piece,
-    anchored: bool,
+    run: int,
     starts: list[Form],
     fixed: list[Form],
     symbols: int,
@@ -149,13 +107,16 @@ def _run(
 ) -> None:
     """Find the rows of one run, as far as the last sample that is wanted."""
     tape = stated.tape
-    varying = [(k, entry) for k, entry in enumerate(tape.entries) if not tape.fixed[k]]
-    least = sum(_cost(entry) for _, entry in varying)
+    varying = [(k, entry) for k, entry in enumerate(tape.entries) if not (tape.fixed[k] or tape.moved[k])]
+    least = sum(cost_of(entry) for _, entry in varying)
     past: dict[str, list[Form]] = {name: [] for name in tape.lags}
     by_sample: dict[int, list[Source]] = {}
     for source in wanted:
         by_sample.setdefault(source[3], []).append(source)
-    forms, newest = list(fixed), symbols - 1
+    forms, newest, lost = list(fixed), symbols - 1, False
+    # Where measurements show all states, their balances say as much of a wide box as a run does, in less time.
+    seen = {measured.signal for measured in stated.measured if measured.defined is not None}
+    ends = run == FREE and bool(stated.rates) and seen.issuperset(stated.rates)
     for now in range(max(by_sample) + 1):
         # The lines, or initial samples before their first.
         cost = least
@@ -173,6 +134,12 @@ def _run(
                 _, a, name = entry
                 start = piece.initial.get((name, now))
                 form = forms[a] if now >= stated.first[name] else UNKNOWN if start is None else starts[start]
+            elif kind == "solution":
+                if not entry[1]:
+                    motion = Motion(tape, forms, symbols, stated.work)
+                    begin = [forms[place] for place in tape.begins]
+                    solved = _solved(stated, piece, run, motion, begin, now, by_sample.get(now, ()), found)
+                form = solved[entry[1]]
             else:
                 form = operate(entry, forms, starts)
             forms[k] = form
@@ -182,7 +149,7 @@ def _run(
         asked = by_sample.get(now, ())
         for source in asked:
             if source[0] >= LINKS:
-                continue
+                continue  # below, or above
             row = stated.measured[source[2]].row
             if row is not None and piece.shown[source[2]][now] is not None:
                 found[source] = _row(forms[row], symbols, 0, 0)
@@ -191,11 +158,12 @@ def _run(
             shown = piece.shown[n][now]
             if measured.defined is not None and shown is not None:
                 own = forms[measured.defined]
-                if anchored and now >= stated.first[measured.signal] and spread(own) > stated.bounds[n]:
+                lost = lost or (ends and _is_lost(own, stated.bounds[n], symbols))
+                if run == ANCHORED and now >= stated.first[measured.signal] and spread(own) > stated.bounds[n]:
                     own = shown
                 forms[measured.defined] = narrowed(own, shown.low, shown.high)
         for source in asked:
-            if source[0] >= LINKS:
+            if LINKS <= source[0] < BALANCES:
                 name = stated.lines[source[2]]
                 begins = stated.begins.get((piece.experiment, name, piece.first + now))
                 if begins is not None:
@@ -211,3 +179,46 @@ def _run(
                     kept[newest], radius = radius, 0
                 form = Form(form.mid, kept, radius, form.low, form.high)
             earlier.append(form)
+        if lost:
+            return
+
+
+def _is_lost(form: Form, bound: int, symbols: int) -> bool:
+    """Return whether a form beyond some noise bounds is known little from its slopes."""
+    known = sum(abs(slope) for k, slope in form.slopes.items() if k < symbols)
+    return spread(form) > max(_BEYOND * bound, 2 * known)
+
+
+def _solved(
+    stated: Stated,
+    piece: Piece,
+    run: int,
+    motion: Motion,
+    begin: list[Form],
+    now: int,
+    asked: Iterable[Source],
+    found: dict[Source, Row | None],
+) -> list[Form]:
+    """Return the states at the end of an interval; in place of balances, what measurements say, and find the rows."""
+    unknown = [UNKNOWN] * len(begin)
+    if now < max(stated.first[name] for name in stated.rates):
+        return unknown
+    if run != BALANCES:
+        return motion.after(begin, stated.interval, stated.steps) or unknown
+    end = [_as_shown(stated, piece, name, now) for name in stated.rates]
+    means = motion.mean_rates(begin, end, stated.interval)
+    for source in asked if means else ():
+        k = source[2]
+        change = add(end[k], negative(begin[k]))
+        found[source] = _row(add(change, negative(scaled(means[k], stated.interval))), motion.symbols, 0, 0)
+    return end
+
+
+def _as_shown(stated: Stated, piece: Piece, name: str, now: int) -> Form:
+    """Return a signal as its measurements show it."""
+    form = UNKNOWN
+    for measured, samples in zip(stated.measured, piece.shown, strict=True):
+        shown = samples[now]
+        if measured.signal == name and measured.defined is not None and shown is not None:
+            form = narrowed(shown, form.low, form.high)
+    return form

@@ -4,6 +4,10 @@ The *set* of a statement contains the values p of the parameters for which signa
 of every experiment, such that
 
 - p lies in its box, and every constraint is real and not negative at p;
+- a signal with a rate solves its differential equation from one sample to the next, from the sample before its first
+  on: it is an absolutely continuous function of time whose derivative is at almost all times the rate, or between the
+  values around a jump of the rate (Filippov). In a rate, ``x[t]`` is the state at that time, and what is read at
+  samples before is held during the interval. Before its first sample it is as a signal that a line defines;
 - a signal that a line defines has the line's value at every sample from its first on. Before that it is any number, but
   for the initial samples that are stated;
 - a signal with bounds lies within them at every sample;
@@ -22,6 +26,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 
 from relaxations.check.arithmetic import Work
 from relaxations.check.runs.affine import Form, Range
@@ -87,8 +92,10 @@ class Stated:
         Of the noise of each measurement, in units.
     constraints
         Operations that are not negative.
+    rates, interval, steps
+        The signals that rates define, the seconds between two samples, and in how many steps a rate is integrated.
     lines
-        The signals that lines define.
+        The signals that rates or lines define.
     experiments
         Number of samples of each.
     begins
@@ -105,6 +112,9 @@ class Stated:
     measured: tuple[Measured, ...]
     bounds: tuple[int, ...]
     constraints: tuple[int, ...]
+    rates: tuple[str, ...]
+    interval: Fraction
+    steps: int
     lines: tuple[str, ...]
     experiments: Mapping[str, int]
     pieces: tuple[Piece, ...]

@@ -16,7 +16,7 @@ from relaxations.check.forms import excerpt
 from relaxations.check.runs.functions import FUNCTIONS
 from relaxations.check.runs.text import Node, parsed
 
-_READ = {"past": 0, "channel": 0, "shown": 0, "+": 2, "*": 2, "larger": 2, "raise": 2, "choose": 3}
+_READ = {"stage": 0, "solution": 0, "past": 0, "channel": 0, "shown": 0, "+": 2, "*": 2, "larger": 2, "raise": 2, "choose": 3}
 """So many forms are read by an operation; by all others one."""
 
 LARGEST_POWER = 1 << 10
@@ -44,7 +44,12 @@ class Tape:
     channels: frozenset[str]
     entries: list[Entry] = field(default_factory=list)
     fixed: list[bool] = field(default_factory=list)
+    moved: list[frozenset[int]] = field(default_factory=list)
     now: dict[str, int] = field(default_factory=dict)
+    rates: list[int] = field(default_factory=list)
+    begins: list[int] = field(default_factory=list)
+    slopes: dict[int, int] = field(default_factory=dict)
+    _stages: dict[str, int] = field(default_factory=dict)
     lags: dict[str, int] = field(default_factory=dict)
     _longest: int = 0
     _value_shown: int | None = None
@@ -65,6 +70,7 @@ class Tape:
             self._known[entry] = len(self.entries)
             self.entries.append(entry)
             self.fixed.append(all(self.fixed[k] for k in places) if fixed is None else fixed)
+            self.moved.append(frozenset[int]().union(*(self.moved[k] for k in places)))
         return self._known[entry]
 
     def line(self, signal: str, text: str) -> int:
@@ -72,6 +78,64 @@ class Tape:
         self._longest = 0
         self.define(signal, self.write(parsed(text)))
         return self._longest
+
+    def integrated(self, rates: Mapping[str, str]) -> int:
+        """Put the rates of states, of each its solution at the next sample, and return how many samples back they read.
+
+        In a rate, a state at ``t`` is what it is at any time during the interval; all else is held.
+        """
+        self._longest = 1
+        for k, name in enumerate(rates):
+            self._stages[name] = self.put("stage", more=(k,), fixed=False)
+            self.moved[self._stages[name]] = frozenset([k])
+        self.begins = [self.read(name, 1) for name in rates]
+        self.rates = [self.write(parsed(text)) for text in rates.values()]
+        self._stages = {}
+        # The derivatives of functions, of which some have derivatives again.
+        k = 0
+        while k < len(self.entries):
+            kind, *read = self.entries[k]
+            # An exponent that moves itself has no derivative here.
+            if self.moved[k] and kind in _MOVED and not (kind == "raise" and self.moved[read[1]]):
+                self.slopes[k] = self._slope(k, *self.entries[k])
+            k += 1
+        for k, name in enumerate(rates):
+            self.define(name, self.put("solution", more=(k,), fixed=False))
+        return self._longest
+
+    def _slope(self, place: int, kind: str, a: int, *more: Any) -> int:
+        """Return the place of the derivative of a function in its argument.
+
+        That of a power is the power times the exponent, divided by the base: so it has one more derivative in the same
+        terms. Where the part above zero bends, it is any slope between both.
+        """
+        one = self.number(Fraction(1))
+        match kind:
+            case "exp":
+                return place
+            case "log":
+                return self._inverse(a)
+            case "sin":
+                return self.put("cos", a)
+            case "cos":
+                return self._scaled(self.put("sin", a), Fraction(-1))
+            case "tanh":
+                return self.less(one, self.put("square", place))
+            case "atan":
+                return self._inverse(self._sum([one, self.put("square", a)]))
+            case "sqrt":
+                return self._inverse(self._scaled(place, Fraction(2)))
+            case "square":
+                return self._scaled(a, Fraction(2))
+            case "reciprocal":
+                return self._scaled(self.put("square", place), Fraction(-1))
+            case "power":
+                return self._product([self.number(more[0]), place, self._inverse(a)])
+            case "raise":
+                return self._product([more[0], place, self._inverse(a)])
+            case "positive":
+                return self._scaled(self._sum([one, self.put("sign", a)]), Fraction(1, 2))
+        return one  # of a size that is known not to be negative
 
     def define(self, signal: str, place: int) -> None:
         """Put the definition of a signal; one for each, so that its initial samples can take its place."""
@@ -121,6 +185,10 @@ class Tape:
 
     def read(self, name: str, lag: int) -> int:
         """Return the place of a signal some samples before."""
+        if not lag and name in self._stages:
+            return self._stages[name]
+        if not lag and self._stages:
+            raise Unreadable(f"a rate reads {excerpt(name)} at t, where it is held at a sample before")
         self._longest = max(self._longest, lag)
         if name in self.channels:
             return self.put("channel", more=(name, lag), fixed=False)
@@ -139,12 +207,16 @@ class Tape:
         entry = self.entries[place]
         return entry[1] if entry[0] == "number" else None
 
+    def _made(self, place: int) -> tuple[bool, bool]:
+        """Return when an operation is made: once, at each sample, or at each time of an interval."""
+        return bool(self.moved[place]), not self.fixed[place]
+
     def _sum(self, places: list[int]) -> int:
         values = [self._value(k) for k in places]
         total = Fraction(0)
         for value in values:
             total = _limited(total + (value or 0))
-        rest = sorted((k for k, v in zip(places, values, strict=True) if v is None), key=lambda k: not self.fixed[k])
+        rest = sorted((k for k, v in zip(places, values, strict=True) if v is None), key=self._made)
         if total or not rest:
             rest.insert(0, self.number(total))
         return reduce(lambda a, b: self.put("+", a, b), rest)
@@ -156,7 +228,7 @@ class Tape:
         factor = Fraction(1)
         for value in map(self._value, places):
             factor = _limited(factor if value is None else factor * value)
-        rest = sorted((k for k in places if self._value(k) is None), key=lambda k: not self.fixed[k])
+        rest = sorted((k for k in places if self._value(k) is None), key=self._made)
         if not rest:
             return self.number(factor)
         product = reduce(lambda a, b: self.put("*", a, b), rest)
@@ -228,6 +300,8 @@ class Tape:
         return self._sum([a, self._scaled(b, Fraction(-1))])
 
 
+_MOVED = frozenset(FUNCTIONS) - {"sign", "floor"} | {"power", "raise"}
+"""What has a derivative."""
 _CALLED = frozenset(FUNCTIONS) - {"positive", "size", "square", "reciprocal"}
 
 

@@ -19,7 +19,7 @@ from relaxations.check.runs import read
 from relaxations.check.runs.fixed import ONE, below
 from relaxations.check.runs.proof import Box as Ends
 from relaxations.check.runs.proof import Pass, Side, bound_of, contract
-from relaxations.check.runs.run import CONSTRAINT, LINKS, Row, Source, rows
+from relaxations.check.runs.run import ANCHORED, BALANCES, CONSTRAINT, FREE, LINKS, Row, Source, rows
 from relaxations.check.runs.statement import Stated
 from relaxations.deadline import Progress
 from smid.identification.inversion.contraction import NOTHING, Multipliers, contracted
@@ -28,7 +28,9 @@ from smid.identification.inversion.record import KEPT, Group, Record, Rows
 from smid.verification.origin import plain_statement, samples_as_text
 
 _DIGITS = 40  # bits of the largest multiplier of an end; the bound is true whatever is left out
-_FURTHER = 8  # contractions of a box of which more is left than the search left
+_MOST = 64  # contractions of a box
+_GAIN = 0.02  # share of an interval that is worth a further contraction
+_REMAINDER = 1e-3  # share of the noise bounds
 _TOLD = 20  # boxes between two lines of progress
 _HALVINGS = 1000  # of boxes for which they do not suffice
 
@@ -56,6 +58,8 @@ def run_certificate(
         "claim": None,
         "boxes": [],
     }
+    if "steps" in content:
+        content["steps"] = _steps(content, cover)
     walk = _Walk(read.document(content).stated, cover)
     walk.all(say)
     claim = walk.claim
@@ -71,13 +75,14 @@ def run_statement(record: Record, bounds: Mapping[str, float]) -> dict[str, Any]
     """Return the model, the samples and what is known of the start, as the file states them."""
     tape, model = record.tape, plain_statement(record.model)
     lines = [name for name in tape.signals if name in model["lines"]]
+    rates, steps = model.get("rates", {}), {"steps": record.model.substeps} if "rates" in model else {}
     first = dict(zip(tape.signals, tape.first.tolist(), strict=True))
     clocks = [tape.signals[k] for k in np.flatnonzero(tape.clocks)]
     runs = record.data.experiments
     return {
         "model": {**model, "lines": {name: model["lines"][name] for name in lines}},
         "noise_bounds": {channel: float(bound).hex() for channel, bound in sorted(bounds.items())},
-        "first": {name: first[name] for name in lines},
+        "first": {name: first[name] for name in (*rates, *lines)},
         "initial": [[e, name, now, 0, 0] for e in range(len(runs)) for name in clocks for now in range(first[name])],
         "experiments": [
             {
@@ -89,7 +94,47 @@ def run_statement(record: Record, bounds: Mapping[str, float]) -> dict[str, Any]
         ],
         "pieces": [[p.experiment, p.first, p.first + p.data.shape[1]] for p in record.cut.parts],
         "symbols": KEPT,
+        **steps,
     }
+
+
+def _steps(content: Mapping[str, Any], cover: Cover) -> int:
+    """Return in how few steps the checker may integrate, so that the remainders widen no sample's noise by much."""
+    lower, upper = (cover.boxes or [cover.root])[0].left
+    middle = [below(Fraction(x)) for x in (0.5 * lower + 0.5 * upper).tolist()]
+    most, steps = int(content["steps"]), 1
+    while steps < most:
+        stated = read.document({**content, "steps": steps}).stated
+        known = rows(stated, [(x, x) for x in middle], [source for source in _sources(stated) if source[0] == FREE])
+        widths = ((row and row.high - row.low, 2 * stated.bounds[source[2]]) for source, row in known.items())
+        if all(width is not None and width <= (1 + _REMAINDER) * whole for width, whole in widths):
+            break
+        steps *= 2
+    return min(steps, most)
+
+
+def _sources(stated: Stated) -> list[Source]:
+    """Return the constraints and samples of which the checker states something."""
+    found: list[Source] = [(CONSTRAINT, 0, k, 0) for k in range(len(stated.constraints))]
+    # Where measurements show all states of rates, balances say as much of wide boxes as an anchored run, in less time.
+    shown = {m.signal: n for n, m in enumerate(stated.measured) if m.defined is not None}
+    balanced = stated.rates if shown.keys() >= set(stated.rates) else ()
+    for k, piece in enumerate(stated.pieces):
+        found += [
+            (run, k, m, now)
+            for run in ((FREE,) if balanced else (FREE, ANCHORED))
+            for m, measured in enumerate(stated.measured)
+            if measured.row is not None
+            for now, sample in enumerate(piece.shown[m])
+            if sample is not None
+        ]
+        found += [
+            (BALANCES, k, m, now)
+            for m, name in enumerate(balanced)
+            for now, sample in enumerate(piece.shown[shown[name]])
+            if now and sample is not None
+        ]
+    return found
 
 
 class _Walk:
@@ -97,17 +142,7 @@ class _Walk:
 
     def __init__(self, stated: Stated, cover: Cover) -> None:
         self._stated, self._root = stated, cover.root
-        # The checker numbers measurements as the model does.
-        self._sources: list[Source] = [(CONSTRAINT, 0, k, 0) for k in range(len(stated.constraints))]
-        self._sources += [
-            (run, k, m, now)
-            for run in (0, 1)
-            for k, piece in enumerate(stated.pieces)
-            for m, measured in enumerate(stated.measured)
-            if measured.row is not None
-            for now, shown in enumerate(piece.shown[m])
-            if shown is not None
-        ]
+        self._sources = _sources(stated)
         signals, parts = cover.record.tape.signals, cover.record.cut.parts
         self._sources += [
             (LINKS + run, k, stated.lines.index(signals[own]), now)
@@ -172,10 +207,8 @@ class _Walk:
     def _contracted(self, box: Box, ends: Ends) -> tuple[list[dict[str, Any]], bool]:
         """Contract a box until as little is left as in the search; return the passes, and whether it is empty."""
         passes: list[dict[str, Any]] = []
-        empty = any(low > high for low, high in ends)
-        while not empty and len(passes) < len(box.contractions) + _FURTHER:
-            if len(passes) >= len(box.contractions) and (box.cut or not (box.empty or _beyond(ends, box))):
-                break
+        empty, gains = any(low > high for low, high in ends), True
+        while not empty and gains and len(passes) < _MOST and (box.empty or _beyond(ends, box)):
             known = rows(self._stated, ends, self._sources)
             step = _pass(known, ends, self._groups)
             if not (step.sources or step.sides):
@@ -186,8 +219,16 @@ class _Walk:
                     "sides": [[s.unknown, s.sign, s.shift, list(sum(s.terms, ()))] for s in step.sides],
                 }
             )
+            before = list(ends)
             empty = not contract(ends, step, known, "the box")
+            gains = _narrower(before, ends)
         return passes, empty
+
+
+def _narrower(before: Ends, ends: Ends) -> bool:
+    """Return whether an unknown lost enough of its interval for a further contraction."""
+    pairs = zip(_finite(before), _finite(ends), strict=True)
+    return any((high - low) - (to - at) > _GAIN * (high - low) for (low, high), (at, to) in pairs)
 
 
 def _beyond(ends: Ends, box: Box) -> bool:

@@ -28,7 +28,7 @@ from smid.identification.inversion.free_run import enclose_run
 from smid.identification.inversion.pieces import Piece, Pieces
 from smid.identification.inversion.tape import tape_of
 from smid.models import Model
-from smid.models.distribute import distributed
+from smid.models.distribute import as_inverted
 from smid.models.running import at_sampling_time
 
 KEPT = 40
@@ -142,7 +142,7 @@ class Record:
 
     def __init__(self, model: Model, data: Dataset, bounds: Mapping[str, float]) -> None:
         model = at_sampling_time(model, data.sampling_time)
-        self.model, self.data = distributed(model if model.enclosed else model.discretised()), data
+        self.model, self.data = as_inverted(model), data
         model, runs, bounds = with_bounds_measured(self.model, data, bounds)
         self.tape = tape = tape_of(model)
         noise = {m.channel: bounds[m.channel] for m in model.measurements if m.noise is not None}

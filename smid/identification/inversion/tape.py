@@ -7,7 +7,7 @@ through time.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
@@ -278,7 +278,6 @@ def tape_of(model: Model) -> Tape:
         For a function without an enclosure.
     """
     read = {m.signal: m for m in reversed(model.measurements) if m.signal in model.inputs}
-    model = _with_numbers(model) if model.enclosed else model
     rates = Rates.of(model.lines)
     seen = (Line(signal(name)[t], _seen(m)) for name, m in read.items())
     lines = causal_order((*seen, *summed(model.lines)))
@@ -327,12 +326,6 @@ def tape_of(model: Model) -> Tape:
         np.array([place[k] for k in constraints], dtype=np.int64),
         _shared(once, np.concatenate([each, inner])),
     )
-
-
-def _with_numbers(model: Model) -> Model:
-    """Return a model with numbers in place of parameters that are known, so that derivatives become simpler."""
-    known = {p.symbol: sympy.Rational(p.lower) for p in model.parameters if p.lower == p.upper}
-    return replace(model, lines=tuple(replace(e, expression=e.expression.xreplace(known)) for e in model.lines))
 
 
 def _shared(once: Index, later: Index) -> Index:
