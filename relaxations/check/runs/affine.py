@@ -102,7 +102,7 @@ def add(a: Form, b: Form) -> Form:
     """Return ``a + b``."""
     low, high = a.low + b.low, a.high + b.high
     radius = a.radius + b.radius
-    if not isinstance(radius, int):
+    if not isinstance(radius, int) or not (a.slopes or b.slopes):
         return between(low, high)
     slopes = dict(a.slopes)
     for k, slope in b.slopes.items():
@@ -124,7 +124,7 @@ def multiply(a: Form, b: Form) -> Form:
     least, most = min(products), max(products)
     low = least >> BITS if isinstance(least, int) else least
     high = up(most, BITS) if isinstance(most, int) else most
-    if not (isinstance(a.radius, int) and isinstance(b.radius, int)):
+    if not (isinstance(a.radius, int) and isinstance(b.radius, int)) or not (a.slopes or b.slopes):
         return between(low, high)
     reach = (sum(map(abs, a.slopes.values())) + a.radius) * (sum(map(abs, b.slopes.values())) + b.radius)
     mid_a, mid_b = a.mid, b.mid
@@ -172,7 +172,7 @@ def scaled(a: Form, factor: Fraction) -> Form:
     ends = (a.low, a.high) if n >= 0 else (a.high, a.low)
     low, high = (_times(n, end) for end in ends)
     low, high = (low // d if isinstance(low, int) else low), (-(-high // d) if isinstance(high, int) else high)
-    if not isinstance(a.radius, int):
+    if not isinstance(a.radius, int) or not a.slopes:
         return between(low, high)
     slopes = {k: n * slope // d for k, slope in a.slopes.items()}
     return _tidied(n * a.mid // d, slopes, -(-abs(n) * a.radius // d) + len(slopes) + 1, low, high)

@@ -69,6 +69,7 @@ class Motion:
 
     def __init__(self, tape: Tape, forms: Sequence[Form], symbols: int, work: Work) -> None:
         self._tape, self._forms, self.symbols, self._work = tape, forms, symbols, work
+        self._plain = [between(form.low, form.high) for form in forms]
         self._moving = [k for k, read in enumerate(tape.moved) if read]
         self._cost = sum(cost_of(tape.entries[k]) for k in self._moving)
 
@@ -96,13 +97,15 @@ class Motion:
         if box is None:
             half = self._step(states, h / 2, halvings - 1) if halvings else None
             return half and self._step(half, h / 2, halvings - 1)
+        # What remains is small, so beyond the rates it need not be known how it depends on the unknowns.
+        plain = [between(within.low, within.high) for within in box]
+        left, rates = self._coefficients(plain, ORDER, self._plain), self._rates(box)
         after = []
-        pairs = zip(self._coefficients(start, ORDER - 1), self._coefficients(box, ORDER), box, strict=True)
-        for known, left, within in pairs:
+        for known, further, rate, within in zip(self._coefficients(start, ORDER - 1, self._forms), left, rates, box, strict=True):
             found, total = UNKNOWN, _ZERO
             for q in range(1, ORDER + 1):
                 total = add(total, scaled(known[q - 1], h ** (q - 1)))
-                one = add(total, scaled(left[q], h**q))
+                one = add(total, scaled(further[q] if q > 1 else rate, h**q))
                 found = one if one.radius < found.radius else found
             after.append(narrowed(found, within.low, within.high))
         for k, state in enumerate(states):
@@ -123,7 +126,7 @@ class Motion:
             both = list(zip(tried, found, strict=True))
             if all(low < fall and rise < high for (low, high), (fall, rise) in both):
                 return [add(x, between(*ends)) for x, ends in zip(start, found, strict=True)]
-            reached = [(min(low, fall), max(high, rise)) for (low, high), (fall, rise) in both]
+            reached = found
         return None
 
     def _reached(self, states: States, h: Fraction) -> list[tuple[int, int]] | None:
@@ -137,11 +140,11 @@ class Motion:
         return found
 
     def _rates(self, states: States) -> States:
-        return [own[1] for own in self._coefficients(states, 1)]
+        return [own[1] for own in self._coefficients(states, 1, self._forms)]
 
-    def _coefficients(self, states: States, order: int) -> list[list[Form]]:
+    def _coefficients(self, states: States, order: int, forms: Sequence[Form]) -> list[list[Form]]:
         """Return the Taylor coefficients of each state."""
-        tape, values = self._tape, list(self._forms)
+        tape, values = self._tape, list(forms)
         found, table = [[state] for state in states], dict[int, list[Form]]()
 
         def at(place: int, i: int) -> Form:
@@ -204,12 +207,17 @@ def _coefficient(tape: Tape, place: int, i: int, at: Callable[[int, int], Form])
             return _ZERO if at(place, 0).low == at(place, 0).high else UNKNOWN
         case (_, a, *_) if place in tape.slopes:
             slope = tape.slopes[place]
-            return _sum(scaled(_product(at(a, j), at(slope, i - j)), Fraction(j, i)) for j in range(1, i + 1))
+            total = _sum(_times(_product(at(a, j), at(slope, i - j)), j) for j in range(1, i + 1))
+            return scaled(total, Fraction(1, i)) if i > 1 else total
     return UNKNOWN
 
 
 def _product(a: Form, b: Form) -> Form:
     return _ZERO if a is _ZERO or b is _ZERO else multiply(a, b)
+
+
+def _times(a: Form, n: int) -> Form:
+    return a if n == 1 or a is _ZERO else scaled(a, Fraction(n))
 
 
 def _sum(terms: Iterable[Form]) -> Form:

@@ -28,6 +28,8 @@ LONGEST_TEXT = 200_000
 LARGEST_SHIFT = 1 << 11
 WORK = 200_000_000
 """Slopes of forms that may be computed for every file; a minute or so."""
+WORK_OF_RATES = 10 * WORK
+"""The same for a file whose rates are integrated."""
 WORK_FOR_A_NUMBER = 30_000
 """And for each number of a proof."""
 
@@ -122,7 +124,7 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
         _Measurement.of(reader, value, bounds, f"measurement {k}")
         for k, value in enumerate(reader.items(model["measurements"], "measurements"))
     ]
-    work = Work(WORK)
+    work = Work(WORK_OF_RATES if rates else WORK)
     records = [_Run.of(reader, value) for value in reader.items(file["experiments"], "experiments")]
     if not records:
         raise Unreadable("there are no experiments")

@@ -29,8 +29,8 @@ from smid.verification.origin import plain_statement, samples_as_text
 
 _DIGITS = 40  # bits of the largest multiplier of an end; the bound is true whatever is left out
 _MOST = 64  # contractions of a box
-_GAIN = 0.02  # share of an interval that is worth a further contraction
-_REMAINDER = 1e-3  # share of the noise bounds
+_GAIN = 0.1  # share of an interval that is worth a further contraction
+_REMAINDER = 0.01  # share of the noise bounds
 _TOLD = 20  # boxes between two lines of progress
 _HALVINGS = 1000  # of boxes for which they do not suffice
 
@@ -153,7 +153,7 @@ class _Walk:
         self._groups = cover.record.groups(np.ones(len(stated.box), dtype=bool))
         self.boxes: list[dict[str, Any]] = []
         self.left: list[Ends] = []
-        self._halvings = _HALVINGS
+        self._halvings, self._reserve = _HALVINGS, stated.work.left // 4
 
     @property
     def claim(self) -> Claim | None:
@@ -209,6 +209,9 @@ class _Walk:
         passes: list[dict[str, Any]] = []
         empty, gains = any(low > high for low, high in ends), True
         while not empty and gains and len(passes) < _MOST and (box.empty or _beyond(ends, box)):
+            # The checker refuses what takes too long, so what is left stays as wide as it is.
+            if self._stated.work.left < self._reserve:
+                break
             known = rows(self._stated, ends, self._sources)
             step = _pass(known, ends, self._groups)
             if not (step.sources or step.sides):
