@@ -11,6 +11,7 @@ The modules, from the bottom:
 - :mod:`.affine`, :mod:`.functions`: affine forms, and functions of forms;
 - :mod:`.text`, :mod:`.tape`: expressions, and lines as operations on forms;
 - :mod:`.statement`: what a file states, and of which set it proves something;
+- :mod:`.operations`, :mod:`.motion`: the operations, and rates integrated between two samples;
 - :mod:`.run`: the enclosed run, and what each sample states of a box;
 - :mod:`.proof`: the boxes;
 - :mod:`.read`, :mod:`.report`: the file, and the printed report.

@@ -183,7 +183,7 @@ def gathered(a: Form, symbols: int, own: int) -> Form:
     if not isinstance(a.radius, int):
         return a
     slopes = {k: slope for k, slope in a.slopes.items() if k < symbols}
-    slopes[own] = spread(a) - sum(map(abs, slopes.values()))
+    slopes[own] = a.radius + sum(abs(slope) for k, slope in a.slopes.items() if k >= symbols)
     return Form(a.mid, slopes, 0, a.low, a.high)
 
 

@@ -101,7 +101,9 @@ class Motion:
         plain = [between(within.low, within.high) for within in box]
         left, rates = self._coefficients(plain, ORDER, self._plain), self._rates(box)
         after = []
-        for known, further, rate, within in zip(self._coefficients(start, ORDER - 1, self._forms), left, rates, box, strict=True):
+        for known, further, rate, within in zip(
+            self._coefficients(start, ORDER - 1, self._forms), left, rates, box, strict=True
+        ):
             found, total = UNKNOWN, _ZERO
             for q in range(1, ORDER + 1):
                 total = add(total, scaled(known[q - 1], h ** (q - 1)))

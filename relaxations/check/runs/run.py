@@ -9,6 +9,10 @@ true of any form at any time.
 
 A signal lies within the noise bound of its measurement at every point of the set. So its form may be narrowed to that,
 and a run that is *anchored* may replace it where it is wider than one noise bound.
+
+States that have rates are integrated from one sample to the next (:mod:`.motion`). Over a wide box little is known of
+where they go. But where they are measured at both ends of an interval, their change is the interval times a value of
+the rate on the way: these rows are called balances.
 """
 
 from __future__ import annotations
@@ -31,11 +35,12 @@ LINKS = 2
 BALANCES = 2 * LINKS
 """In place of a run: the row compares the measurements of a state at both ends of an interval with its rate."""
 
-_BEYOND = 10
-
 Source = tuple[int, int, int, int]
 """Run, piece, measurement, sample; `LINKS` more than a run, piece, line, sample; `BALANCES`, piece, state, sample; or
 `CONSTRAINT`, 0, constraint, 0."""
+
+
+_BEYOND = 10  # noise bounds
 
 
 @dataclass(frozen=True)
@@ -207,10 +212,11 @@ def _solved(
         return motion.after(begin, stated.interval, stated.steps) or unknown
     end = [_as_shown(stated, piece, name, now) for name in stated.rates]
     means = motion.mean_rates(begin, end, stated.interval)
-    for source in asked if means else ():
-        k = source[2]
-        change = add(end[k], negative(begin[k]))
-        found[source] = _row(add(change, negative(scaled(means[k], stated.interval))), motion.symbols, 0, 0)
+    if means is not None:
+        for source in asked:
+            k = source[2]
+            change = add(end[k], negative(begin[k]))
+            found[source] = _row(add(change, negative(scaled(means[k], stated.interval))), motion.symbols, 0, 0)
     return end
 
 

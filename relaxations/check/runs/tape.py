@@ -16,7 +16,18 @@ from relaxations.check.forms import excerpt
 from relaxations.check.runs.functions import FUNCTIONS
 from relaxations.check.runs.text import Node, parsed
 
-_READ = {"stage": 0, "solution": 0, "past": 0, "channel": 0, "shown": 0, "+": 2, "*": 2, "larger": 2, "raise": 2, "choose": 3}
+_READ = {
+    "stage": 0,
+    "solution": 0,
+    "past": 0,
+    "channel": 0,
+    "shown": 0,
+    "+": 2,
+    "*": 2,
+    "larger": 2,
+    "raise": 2,
+    "choose": 3,
+}
 """So many forms are read by an operation; by all others one."""
 
 LARGEST_POWER = 1 << 10

@@ -106,8 +106,8 @@ def _steps(content: Mapping[str, Any], cover: Cover) -> int:
     while steps < most:
         stated = read.document({**content, "steps": steps}).stated
         known = rows(stated, [(x, x) for x in middle], [source for source in _sources(stated) if source[0] == FREE])
-        widths = ((row and row.high - row.low, 2 * stated.bounds[source[2]]) for source, row in known.items())
-        if all(width is not None and width <= (1 + _REMAINDER) * whole for width, whole in widths):
+        reaches = ((row, 2 * (1 + _REMAINDER) * stated.bounds[source[2]]) for source, row in known.items())
+        if all(row is not None and row.high - row.low <= widest for row, widest in reaches):
             break
         steps *= 2
     return min(steps, most)

@@ -111,7 +111,9 @@ def test_the_solution_lies_inside(name: str, a: float, b: float, place: float, h
 def test_at_a_point_it_is_narrow_and_narrower_in_more_steps(name: str) -> None:
     own, widths = posed(name, [(0.5, 0.5), (0.6, 0.6)]), []
     for steps in (4, 16):
-        found = own.after([between(below(Fraction(x)), above(Fraction(x))) for x in RATES[name][2]], Fraction(2, 5), steps)
+        found = own.after(
+            [between(below(Fraction(x)), above(Fraction(x))) for x in RATES[name][2]], Fraction(2, 5), steps
+        )
         widths.append(max(form.high - form.low for form in found) / ONE)
     assert widths[0] < 1e-3
     assert widths[1] < widths[0] / 4**4  # the remainder is of order six, and added up over the steps of order five
@@ -246,7 +248,7 @@ def files(draw):
         "name": name,
         "parameters": {"a": ["1/5", "9/10"], "b": ["1/5", "9/10"]},
         "rates": texts,
-        "interval": 0.3.hex(),
+        "interval": (0.3).hex(),
         "lines": {},
         "measurements": [
             {"channel": f"y{k}", "signal": signal, "noise": "eta", "inverse": None} for k, signal in enumerate(texts)

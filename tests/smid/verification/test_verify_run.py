@@ -134,7 +134,7 @@ def test_an_empty_set_is_proven(tmp_path, name: str) -> None:
 
 
 def test_a_box_that_one_contraction_does_not_empty_is_halved(monkeypatch) -> None:
-    monkeypatch.setattr(certificate, "_FURTHER", 1)
+    monkeypatch.setattr(certificate, "_MOST", 1)
     model, data = record("power", jump=4 * BOUND)
     cover = Cover(Record(model, data, {"y": BOUND}), 0.05)
     cover.root.contractions.append(Contraction(cover.root.lower, cover.root.upper, None, (), empty=True))
