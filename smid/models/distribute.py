@@ -26,7 +26,7 @@ def as_inverted(model: Model) -> Model:
     >>> from smid.models import OwnModel
     >>> how, boxes = {"scheme": "enclosed", "sampling_time": 1.0}, {"k": (0, 1), "c": (2, 2)}
     >>> print(as_inverted(OwnModel(["d/dt x = k*u - c*x"], {"y": "x"}, ["u"], boxes, **how)).lines[0])
-    d/dt x = k*u[t] - 2*x[t]
+    d/dt x[t] = k*u[t] - 2*x[t]
     """
     if not model.enclosed:
         return distributed(model.discretised())

@@ -156,6 +156,7 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
             m.signal,
             tape.less(tape.now[m.signal], tape.shown(k, m.inverse)) if m.signal in defined else None,
             tape.now[m.signal] if m.signal in defined and m.inverse is None else None,
+            within=False,
         )
         for k, m in enumerate(measurements)
     ]
@@ -168,7 +169,7 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
         if name not in defined:
             raise Unreadable(f"{excerpt(name)} has bounds, and no line defines it")
         own = tape.now[name]
-        measured.append(Measured(name, tape.less(own, tape.shown(len(measured), None)), own))
+        measured.append(Measured(name, tape.less(own, tape.shown(len(measured), None)), own, within=True))
     noises = [above(m.bound) for m in measurements]
     noises += [form.radius if isinstance(form.radius, int) else LARGEST for form in between_ends.values()]
     # The samples of each experiment.

@@ -120,8 +120,7 @@ def _run(
         by_sample.setdefault(source[3], []).append(source)
     forms, newest, lost = list(fixed), symbols - 1, False
     # Where measurements show all states, their balances say as much of a wide box as a run does, in less time.
-    seen = {measured.signal for measured in stated.measured if measured.defined is not None}
-    ends = run == FREE and bool(stated.rates) and seen.issuperset(stated.rates)
+    ends = run == FREE and stated.balanced
     for now in range(max(by_sample) + 1):
         # The lines, or initial samples before their first.
         cost = least

@@ -45,11 +45,14 @@ class Measured:
         Operation that is zero where the signal is what the channel shows; None where the measurement defines it.
     defined
         Operation that defines the signal, where a line does and the channel shows it as it is; else None.
+    within
+        Whether no channel shows it, but it has bounds.
     """
 
     signal: str
     row: int | None
     defined: int | None
+    within: bool
 
 
 @dataclass(frozen=True)
@@ -121,3 +124,9 @@ class Stated:
     begins: Mapping[tuple[int, str, int], int]
     kept: int
     work: Work
+
+    @property
+    def balanced(self) -> bool:
+        """Whether there are rates, and channels show all their states as they are."""
+        shown = {m.signal for m in self.measured if m.defined is not None and not m.within}
+        return bool(self.rates) and shown.issuperset(self.rates)

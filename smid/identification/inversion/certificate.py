@@ -117,8 +117,8 @@ def _sources(stated: Stated) -> list[Source]:
     """Return the constraints and samples of which the checker states something."""
     found: list[Source] = [(CONSTRAINT, 0, k, 0) for k in range(len(stated.constraints))]
     # Where measurements show all states of rates, balances say as much of wide boxes as an anchored run, in less time.
-    shown = {m.signal: n for n, m in enumerate(stated.measured) if m.defined is not None}
-    balanced = stated.rates if shown.keys() >= set(stated.rates) else ()
+    shown = {m.signal: n for n, m in enumerate(stated.measured) if m.defined is not None and not m.within}
+    balanced = stated.rates if stated.balanced else ()
     for k, piece in enumerate(stated.pieces):
         found += [
             (run, k, m, now)
