@@ -1,12 +1,14 @@
 """Prove the names of blind cases with a known noise bound: ``python -m benchmarks.proofs``.
 
 Each result is appended to the cache as soon as it is there, so a run that was interrupted goes on where it stopped.
-Delete the cache when the diagnosis has changed.
+Diagnoses are kept in a folder of their own, so that proofs are measured again without another search. Delete the cache
+when the proofs have changed, and the folder when the diagnosis has.
 """
 
 from __future__ import annotations
 
 import argparse
+import pickle
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -65,16 +67,24 @@ class ProofResult:
         return (self.base, self.extended) == ("excluded", "feasible")
 
 
-def prove_case(seed: int, samples: int, seconds: float) -> ProofResult:
-    """Draw a case with one hidden effect, diagnose it in this process, and prove the name."""
+def prove_case(seed: int, samples: int, seconds: float, diagnoses: Path) -> ProofResult:
+    """Draw a case with one hidden effect, diagnose it in this process unless that is done, and prove the name."""
     from smid.diagnosis import diagnose, prove_name
 
-    case = draw(seed, 1, samples)
-    truth = list(case.truth)
+    kept_file = diagnoses / f"{seed}_{samples}.pickle"
+    truth = list[str]()
     try:
-        found = diagnose(case.model, case.data, case.noise_bound, certify=False, workers=1)
+        if not kept_file.exists():
+            case = draw(seed, 1, samples)
+            truth = list(case.truth)
+            found = diagnose(case.model, case.data, case.noise_bound, certify=False, workers=1)
+            whole = kept_file.with_suffix(".part")  # a file that was begun only is never read
+            whole.write_bytes(pickle.dumps((case.truth, case.noise_bound, found)))
+            whole.rename(kept_file)
+        hidden, noise_bound, found = pickle.loads(kept_file.read_bytes())
+        truth = list(hidden)
         with in_processor_time():
-            proof = prove_name(found, case.noise_bound, seconds).name_proof
+            proof = prove_name(found, noise_bound, seconds).name_proof
     except Exception as error:  # one broken case must not end the run; it counts as a failure
         message = f"{type(error).__name__}: {error}".replace("\n", " ").replace("|", "/")[:300]
         return ProofResult(seed, truth, [], NONE, NONE, {}, {}, 0, 0, 0.0, 0.0, message)
@@ -209,7 +219,9 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=60.0, help="processor time allowed for the proof of a case")
     parser.add_argument("--output", type=Path, default=Path("docs/proofs.md"))
     parser.add_argument("--cache", type=Path, default=Path(".cache/proofs.jsonl"))
+    parser.add_argument("--diagnoses", type=Path, default=Path(".cache/diagnoses"))
     given = parser.parse_args()
+    given.diagnoses.mkdir(parents=True, exist_ok=True)
 
     also = {"samples": given.samples, "allowed": given.seconds}
     known: dict[int, ProofResult] = {}
@@ -218,7 +230,7 @@ def main() -> None:
             known[entry["seed"]] = ProofResult(**entry)
     wanted = range(given.first, given.first + given.seeds)
     results = [known[seed] for seed in wanted if seed in known]
-    missing = [(seed, given.samples, given.seconds) for seed in wanted if seed not in known]
+    missing = [(seed, given.samples, given.seconds, given.diagnoses) for seed in wanted if seed not in known]
     for result in run(given.cache, prove_case, missing, given.workers, also):
         results.append(result)
         print(f"{len(results)}/{len(wanted)} {_row(result)} {result.message}", flush=True)

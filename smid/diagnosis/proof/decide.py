@@ -3,35 +3,41 @@
 *Feasible*: the model is fitted to the window, by least squares and then for the smallest largest error, and the run of
 the fit is verified to keep the noise bound.
 
-*Excluded*: where it does not, a model with free coefficients is tried (:mod:`.coefficients`), of which the model is a
-special case. Where that decides nothing, the intervals of a polynomial model are enclosed as :func:`smid.identify`
-does, until the set is certified empty or a feasible point is verified. Where the model is no polynomial, the free run
-is inverted (:mod:`smid.identification.inversion`). The proof holds for all parameters within their boxes
+*Excluded*: where it does not, parts of the window are taken on which this fit errs most, or another model's, whichever
+is harder to fit. What no parameters explain on a part, none explain on the window. On each part the free run is
+inverted (:mod:`smid.identification.inversion`): of the model, and of one with free coefficients (:mod:`.coefficients`),
+of which the model is a special case. Either may be decided long before the other. A polynomial model that is still
+undecided is enclosed as :func:`smid.identify` does. The proof holds for all parameters within their boxes
 (:mod:`.posed`).
+
+Several models are decided side by side, in short steps. The one that has used least time is next, so what is decided at
+little cost does not wait, and leaves its time to the others.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from types import MappingProxyType
 
 import numpy as np
 
-from relaxations.deadline import TimeIsUp, check_time, remaining, time_limit
+from relaxations.algebra.arrays import Array
+from relaxations.deadline import TimeIsUp, remaining, time_limit
 from relaxations.errors import ProblemError
 from relaxations.search.enclosure import Reason
 from relaxations.search.plan import Plan
 from smid.data import DataError, Dataset
 from smid.data.window import Window
 from smid.diagnosis.proof.coefficients import with_free_coefficients
-from smid.diagnosis.proof.posed import posed, with_known_clocks
+from smid.diagnosis.proof.posed import Posed, posed, with_known_clocks
+from smid.diagnosis.proof.window import windows
 from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.template import is_polynomial
 from smid.identification.encloser import Settings
 from smid.identification.inversion.cover import HEAVIEST, Cover, heaviest
-from smid.identification.inversion.record import Record
 from smid.identification.piecewise import Piecewise
 from smid.identification.polynomial import Polynomial
 from smid.models import Model, ModelError
@@ -39,8 +45,12 @@ from smid.models import Model, ModelError
 MOST = 20_000
 """Contractions of a proof."""
 
-_SHARE = 0.5  # of the time that is left, for a model with free coefficients, and for relaxations
+_SIZES = (100, 250)  # samples of the parts that are excluded
+_PATIENCE = 100  # contractions before relaxations
+_SHARE = 0.1  # of the time that is left, for relaxations
 _ROUNDS = 4
+
+_Shares = tuple[tuple[int, float], ...]
 
 
 class Status(StrEnum):
@@ -100,72 +110,187 @@ def decide(model: Model, data: Dataset, window: Window, bounds: Mapping[str, flo
     model
         With values, the first start of its fit.
     """
+    race = Race([model], data, window, bounds)
+    race.run(seconds)
+    return race.decisions[0]
+
+
+def fitted(model: Model, data: Dataset, window: Window, bounds: Mapping[str, float], seconds: float) -> Decision | None:
+    """Return the decision that a model is feasible, where a fit of it is verified; otherwise None."""
     began = time.monotonic()
-
-    def decision(status: Status, reason: str = "", samples: tuple[tuple[int, float], ...] = ()) -> Decision:
-        return Decision(status, window.first, window.last, samples, reason, time.monotonic() - began)
-
     try:
         model, data = with_known_clocks(model, data)
         with time_limit(max(seconds, 1e-3)):
-            part = window.cut(data)
-            record, points = posed(model, part, bounds)
-            if any(map(record.fits, points)):
-                return decision(Status.FEASIBLE)
-            found = _freed(record, bounds)
+            found = posed(model, window.cut(data), bounds)
+            if not found.fits:
+                return None
+    except Exception:  # nothing is decided, and what follows says why
+        return None
+    return Decision(Status.FEASIBLE, window.first, window.last, (), "", time.monotonic() - began)
+
+
+class Race:
+    """Models that are decided on a window side by side.
+
+    Parameters
+    ----------
+    models
+        With values, the first start of their fits.
+    also
+        Parts of the window on which another model errs most, each within the next.
+    known
+        What is decided beforehand, by the place of the model.
+    weights
+        Shares of the time; by default one for each model.
+
+    Attributes
+    ----------
+    decisions
+        Of each model, undecided at first.
+    """
+
+    def __init__(
+        self,
+        models: Sequence[Model | None],
+        data: Dataset,
+        window: Window,
+        bounds: Mapping[str, float],
+        also: Sequence[Window] = (),
+        known: Mapping[int, Decision] = MappingProxyType({}),
+        weights: Mapping[int, float] = MappingProxyType({}),
+    ) -> None:
+        undecided = Decision(Status.UNDECIDED, window.first, window.last, (), str(TimeIsUp()), 0.0)
+        self.decisions = [known.get(k, undecided) for k in range(len(models))]
+        self._weights = weights
+        self._open = {
+            k: _deciding(model, data, window, bounds, also)
+            for k, model in enumerate(models)
+            if model is not None and k not in known
+        }
+
+    def run(self, seconds: float) -> None:
+        """Decide until the time is used up."""
+        try:
+            with time_limit(max(seconds, 1e-3)):
+                while self._open and remaining():
+                    self._step(min(self._open, key=self._spent))
+        except TimeIsUp:
+            pass
+
+    def _spent(self, k: int) -> float:
+        return self.decisions[k].seconds / self._weights.get(k, 1.0)
+
+    def _step(self, k: int) -> None:
+        began, spent = time.monotonic(), self.decisions[k].seconds
+        try:
+            found = next(self._open[k])
             if found is not None:
-                return decision(Status.EXCLUDED, samples=_carrying(found, window))
-            # To eliminate hidden states from a long line can take minutes, and cannot be interrupted.
-            if _measures_all_states(model) and is_polynomial(model):
-                with time_limit(max(_SHARE * remaining(), 1e-3)):
-                    status, samples = _relaxed(model, part, bounds)
-                if status is not Status.UNDECIDED:
-                    return decision(status, samples=tuple((window.first + k, share) for k, share in samples))
-            cover = _covered(record)
-    except (ModelError, DataError) as error:
-        return decision(Status.NOT_POSABLE, " ".join(str(error).split()))
-    except TimeIsUp as stop:
-        return decision(Status.UNDECIDED, str(stop))
-    except Exception as error:  # a proof that fails costs only the proof
-        return decision(Status.UNDECIDED, " ".join(f"failed with {type(error).__name__}: {error}".split()))
-    if cover.points:
-        return decision(Status.FEASIBLE)
-    if cover.boxes:
-        return decision(Status.UNDECIDED, f"{cover.contracted} contractions leave {len(cover.boxes)} boxes")
-    return decision(Status.EXCLUDED, samples=_carrying(cover, window))
+                self.decisions[k] = found
+                del self._open[k]
+        finally:
+            self.decisions[k] = replace(self.decisions[k], seconds=spent + time.monotonic() - began)
 
 
-def _freed(record: Record, bounds: Mapping[str, float]) -> Cover | None:
-    """Return the cover that excludes the model with free coefficients; None where it is not excluded."""
-    free = with_free_coefficients(record, bounds)
-    if free is None:
-        return None
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """A cover of a part of the window: of the model, or of one with free coefficients."""
+
+    part: Window
+    cover: Cover
+    freed: bool
+
+    @property
+    def carrying(self) -> _Shares:
+        """The most influential samples of an empty cover."""
+        return tuple((self.part.first + k, share) for _, k, share in heaviest(self.cover))
+
+
+def _deciding(
+    model: Model, data: Dataset, window: Window, bounds: Mapping[str, float], also: Sequence[Window]
+) -> Iterator[Decision | None]:
+    """Yield None after each step, and at last what is proven."""
+
+    def decision(status: Status, reason: str = "", part: Window = window, samples: _Shares = ()) -> Decision:
+        return Decision(status, part.first, part.last, samples, reason, 0.0)
+
     try:
-        with time_limit(max(_SHARE * remaining(), 1e-3)):
-            cover = _covered(free)
+        model, data = with_known_clocks(model, data)
+        whole = posed(model, window.cut(data), bounds)
+        if whole.fits:
+            yield decision(Status.FEASIBLE)
+            return
+        yield None
+        parts = {window: whole}
+        chains = [_parts(window, whole.error), [part for part in also if len(part) <= _SIZES[-1]]]
+        for part in [chain[-1] for chain in chains if chain]:
+            parts[part] = parts.get(part) or posed(model, part.cut(data), bounds)
+            yield None
+        chain = max(filter(None, chains), key=lambda chain: parts[chain[-1]].least)
+        for part in chain[:-1]:
+            parts[part] = posed(model, part.cut(data), bounds)
+            yield None
+        trials = list[_Trial]()
+        for part in _hopeful({part: parts[part] for part in chain}):
+            free = with_free_coefficients(parts[part].record, bounds)
+            trials += [_Trial(part, Cover(free, 0.0), True)] if free is not None else []
+            trials.append(_Trial(part, Cover(parts[part].record, 0.0), False))
+            yield None
+        relaxed, left = not (_measures_all_states(model) and is_polynomial(model)), ""
+        while trials:
+            trial = trials.pop(0)
+            cover = trial.cover
+            cover.step()
+            if cover.done and not cover.boxes:
+                yield decision(Status.EXCLUDED, part=trial.part, samples=trial.carrying)
+                return
+            if cover.points and not trial.freed:
+                if trial.part == window:
+                    yield decision(Status.FEASIBLE)
+                    return
+                left = "a point fits the samples where the fit errs most"
+                trials = [other for other in trials if other.part != trial.part]
+            elif cover.done or cover.points or cover.contracted >= MOST:
+                left = left or f"{cover.contracted} contractions leave {len(cover.boxes)} boxes"
+            else:
+                trials.append(trial)
+            yield None
+            if not relaxed and (cover.contracted >= _PATIENCE or not trials):
+                relaxed = True
+                with time_limit(max(_SHARE * remaining(), 1e-3)):
+                    status, samples = _relaxed(model, trial.part.cut(data), bounds)
+                if status is Status.EXCLUDED or (status is Status.FEASIBLE and trial.part == window):
+                    samples = tuple((trial.part.first + k, share) for k, share in samples)
+                    yield decision(status, part=trial.part, samples=samples)
+                    return
+        yield decision(Status.UNDECIDED, left)
+    except (ModelError, DataError) as error:
+        yield decision(Status.NOT_POSABLE, " ".join(str(error).split()))
     except TimeIsUp:
-        return None
-    return None if cover.boxes else cover
+        raise
+    except Exception as error:  # a proof that fails costs only the proof
+        yield decision(Status.UNDECIDED, " ".join(f"failed with {type(error).__name__}: {error}".split()))
 
 
-def _covered(record: Record) -> Cover:
-    """Return boxes that cover a record, cut until none is left or a point is verified."""
-    cover = Cover(record, 0.0)
-    while not (cover.done or cover.points) and cover.contracted < MOST:
-        check_time()
-        cover.step()
-    return cover
+def _parts(window: Window, error: Array) -> list[Window]:
+    """Return the parts of a window on which a fit errs most, each within the next."""
+    found = windows([error], _SIZES)
+    return [Window(window.experiment, window.first + part.first, window.first + part.last) for part in found]
 
 
-def _carrying(cover: Cover, window: Window) -> tuple[tuple[int, float], ...]:
-    return tuple((window.first + k, share) for _, k, share in heaviest(cover))
+def _hopeful(parts: Mapping[Window, Posed]) -> list[Window]:
+    """Return the parts on which no run was found within the noise bounds; where there is none, all.
+
+    Errors are the larger the longer a part is, but so is the time of a contraction.
+    """
+    return [part for part, found in parts.items() if found.least > 1.0] or list(parts)
 
 
 def _measures_all_states(model: Model) -> bool:
+    # To eliminate hidden states from a long line can take minutes, and cannot be interrupted.
     return set(model.states) <= {m.signal for m in model.measurements}
 
 
-def _relaxed(model: Model, part: Dataset, bounds: Mapping[str, float]) -> tuple[Status, tuple[tuple[int, float], ...]]:
+def _relaxed(model: Model, part: Dataset, bounds: Mapping[str, float]) -> tuple[Status, _Shares]:
     """Return what the relaxations of a polynomial model prove, and the most influential samples of an empty set."""
     try:
         feasible = FeasibleSet(model, part, bounds)

@@ -110,7 +110,7 @@ def write_exclusion(
     part = cut_all(data, [window])
     try:
         with time_limit(max(seconds, 1e-3)):
-            model = posed(model, part, bounds)[0].model
+            model = posed(model, part, bounds).record.model
             encloser = encloser_for(model, part, bounds, Settings(tolerance=1.0, witnesses=False), True, windows=False)
             found = encloser.enclose()
             contents = encloser.certified(found).certificates if found.reason is Reason.EMPTY else ()

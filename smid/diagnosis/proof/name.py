@@ -1,8 +1,7 @@
 """The proof of the name: what is proven of the base model, of the extended one and of its rivals, on the same samples.
 
-Windows grow around the largest error of the base model, each within the next. What is excluded on a window is excluded
-on every longer one. A feasible point has to be verified on each anew. The longest window on which the extended model is
-verified makes the statement.
+The samples are a window around the largest error of the base model: the longest one on which a fit of the extended
+model is verified. Base model and rivals are then decided on it side by side (:mod:`.decide`).
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from smid.data import Dataset
 from smid.data.window import Window
 from smid.diagnosis.cause import Cause, Rival
 from smid.diagnosis.diagnosis import Diagnosis
-from smid.diagnosis.proof.decide import Decision, Status, decide
+from smid.diagnosis.proof.decide import Decision, Race, Status, fitted
 from smid.diagnosis.proof.emptiness import Emptiness
 from smid.diagnosis.proof.name_proof import NameProof
 from smid.diagnosis.proof.window import windows
@@ -27,6 +26,8 @@ from smid.models import Model, ModelError
 from smid.models.simulated import check_equations
 
 _NOISE = "the effect acts on the noise, which the bound limits"
+_SIZES = (40, 100, 250, 500, 1000)
+_BASE = 3.0  # shares of the time for the base model, as all rests on it
 
 
 def prove_name(
@@ -89,36 +90,31 @@ def prove_name(
     ]
     first = next((cause for cause in diagnosis.causes if cause.rivals), None)
     rivals = first.rivals if first else ()
-    models = (diagnosis.base, *([_extended(diagnosis)] if diagnosis.causes else []), *(r.model for r in rivals))
-    tried = list(windows(residual))
-    # Begin with the samples on which the base model is excluded already.
-    known, begun = _known(diagnosis, bounds[output]), [w for w in tried if _holds(w, diagnosis)]
-    tried, known = (begun, known) if known and begun else (tried, ())
-    stated: tuple[Decision, ...] = ()
+    extended = _extended(diagnosis) if diagnosis.causes else None
+    models = (diagnosis.base, *([extended] if diagnosis.causes else []), *(rival.model for rival in rivals))
+    tried = list(windows(residual, _SIZES))
+    if progress:
+        progress(f"proving the name around sample {tried[0].first}")
+    window, verified = _longest(extended, diagnosis.data, tried, bounds, seconds)
+    known = {k: _not_posable(window) for k, model in enumerate(models) if model is None}
+    known |= {1: verified} if verified else {}
+    known |= _known(diagnosis, window, bounds[output])
+    race = Race(models, diagnosis.data, window, bounds, tried[: tried.index(window)], known, {0: _BASE})
     interrupted = False
     try:
-        for number, window in enumerate(tried):
-            left = seconds - (time.monotonic() - began)
-            if stated and (_is_complete(stated) or left <= 0):
-                break
-            if progress:
-                progress(f"proving the name on samples {window.first} to {window.last}")
-            found = _decided(models, diagnosis.data, window, bounds, stated or known, left / (len(tried) - number))
-            if stated and _is_verified(stated) and not (_is_verified(found) or found[1].excluded):
-                break
-            stated = found
+        race.run(seconds - (time.monotonic() - began))
     except KeyboardInterrupt:
-        if not stated:
+        if all(found.status is Status.UNDECIDED for found in race.decisions):
             raise
         interrupted = True
-    base, *rest = stated
-    run = diagnosis.data.experiments[tried[0].experiment].name
+    base, *rest = race.decisions
+    run = diagnosis.data.experiments[window.experiment].name
     proof = NameProof(
         noise_bound=bounds[output],
         unit=diagnosis.unit,
         experiment=run,
-        first=min(one.first for one in stated),
-        last=max(one.last for one in stated),
+        first=window.first,
+        last=window.last,
         causes=tuple(cause.effect for cause in diagnosis.causes),
         base=base,
         extended=rest[0] if rest else None,
@@ -132,20 +128,18 @@ def prove_name(
     return replace(diagnosis, causes=causes, proof=empty, name_proof=proof)
 
 
-def _known(diagnosis: Diagnosis, noise_bound: float) -> tuple[Decision, ...]:
-    """Return what the diagnosis has proven of the base model, if it holds at this noise bound."""
-    proof = diagnosis.proof
-    if proof is None or proof.noise_bound < noise_bound:
-        return ()
-    return (Decision(Status.EXCLUDED, proof.first, proof.last, proof.samples, "", 0.0),)
+def _known(diagnosis: Diagnosis, window: Window, noise_bound: float) -> dict[int, Decision]:
+    """Return what the diagnosis has proven of the base model, if it holds on the window and at this noise bound."""
+    proof, run = diagnosis.proof, diagnosis.data.experiments[window.experiment].name
+    if proof is None or proof.noise_bound < noise_bound or proof.experiment != run:
+        return {}
+    if not window.first <= proof.first <= proof.last <= window.last:
+        return {}
+    return {0: Decision(Status.EXCLUDED, proof.first, proof.last, proof.samples, "", 0.0)}
 
 
-def _holds(window: Window, diagnosis: Diagnosis) -> bool:
-    """Return whether a window holds the samples on which the base model is excluded already."""
-    proof, run = diagnosis.proof, diagnosis.data.experiments[window.experiment]
-    return (
-        proof is not None and proof.experiment == run.name and window.first <= proof.first and proof.last <= window.last
-    )
+def _not_posable(window: Window) -> Decision:
+    return Decision(Status.NOT_POSABLE, window.first, window.last, (), _NOISE, 0.0)
 
 
 def _extended(diagnosis: Diagnosis) -> Model | None:
@@ -154,37 +148,22 @@ def _extended(diagnosis: Diagnosis) -> Model | None:
     return diagnosis.model if all(inside & {p.name for p in c.parameters} for c in diagnosis.causes) else None
 
 
-def _decided(
-    models: Sequence[Model | None],
-    data: Dataset,
-    window: Window,
-    bounds: Mapping[str, float],
-    known: Sequence[Decision],
-    seconds: float,
-) -> tuple[Decision, ...]:
-    """Decide every model on a window; what is excluded on a part of the window stays excluded."""
-    result: list[Decision] = []
+def _longest(
+    extended: Model | None, data: Dataset, tried: Sequence[Window], bounds: Mapping[str, float], seconds: float
+) -> tuple[Window, Decision | None]:
+    """Return the longest window on which a fit of the extended model is verified, with the decision.
+
+    Where there is no extended model the longest one, and where no fit is verified the shortest one, which may still be
+    decided.
+    """
+    if extended is None:
+        return tried[-1], None
     end = time.monotonic() + seconds
-    for number, model in enumerate(models):
-        if number < len(known) and known[number].excluded:
-            result.append(known[number])
-        elif model is None:
-            result.append(Decision(Status.NOT_POSABLE, window.first, window.last, (), _NOISE, 0.0))
-        else:
-            share = (end - time.monotonic()) / (len(models) - number)
-            result.append(decide(model, data, window, bounds, share))
-    return tuple(result)
-
-
-def _is_complete(stated: Sequence[Decision]) -> bool:
-    """Return whether a longer window can prove nothing more."""
-    base, *rest = stated
-    settled = (Status.EXCLUDED, Status.NOT_POSABLE)
-    return base.excluded and all(one.status in settled for one in rest[1:])
-
-
-def _is_verified(stated: Sequence[Decision]) -> bool:
-    return len(stated) > 1 and stated[1].status is Status.FEASIBLE
+    for window in reversed(tried):
+        found = fitted(extended, data, window, bounds, end - time.monotonic())
+        if found is not None:
+            return window, found
+    return tried[0], None
 
 
 def _judged(cause: Cause, proof: NameProof) -> Cause:

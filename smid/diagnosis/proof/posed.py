@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,24 +21,56 @@ REACH = 10.0
 ASSUMED = f"parameters without a box: at most {REACH:g} times their fit"
 
 
-def posed(model: Model, part: Dataset, bounds: Mapping[str, float]) -> tuple[Record, list[Array]]:
-    """Return the record of a window, and candidates for a point that fits it.
+@dataclass(frozen=True, eq=False)
+class Posed:
+    """A model on a window of a record.
+
+    Parameters
+    ----------
+    points
+        Candidates for a point that fits: by least squares, and with the smallest largest error.
+    least
+        The smallest largest error that was found, in noise bounds. It proves nothing.
+    error
+        Shape (n,). Of the least-squares fit at each sample, in noise bounds.
+    """
+
+    record: Record
+    points: tuple[Array, ...]
+    least: float
+    error: Array
+
+    @property
+    def fits(self) -> bool:
+        """Whether a candidate is verified to fit."""
+        return any(map(self.record.fits, self.points))
+
+
+def posed(model: Model, part: Dataset, bounds: Mapping[str, float]) -> Posed:
+    """Pose a model on a window.
 
     A parameter or a hidden state without a box is bounded by `REACH` times its magnitude in a fit.
     """
     problem = Fitting(model, part, [np.ones(run.n_samples, bool) for run in part.experiments], scale=bounds)
     with np.errstate(all="ignore"):
         start = problem.start(model.values)
-        vectors = [minimax(problem, vector)[0] for vector in (problem.solve(start)[0], start)]
-        fit = problem.result(vectors[0], 0.0)
+        solved = problem.solve(start)[0]
+        found = [minimax(problem, vector) for vector in (solved, start)]
+        fit, vectors = problem.result(found[0][0], 0.0), [vector for vector, _ in found]
         signals, _ = problem.run.run(problem.inputs[0], fit.model.values, fit.initial[0], jacobian=False)
+        errors = [problem.result(solved, 0.0).residual(part, m.channel)[0] / bounds[m.channel] for m in problem.outputs]
     record = Record(model, part, bounds)
     if record.loose:
         sizes = {name: float(np.nanmax(np.abs(samples))) for name, samples in signals.items()} | dict(fit.model.values)
         boxes = {name: (-_reach(sizes[name]), _reach(sizes[name])) for name in record.loose}
         record = Record(model.bound(**boxes), part, bounds)
     record = record.turned(signals)
-    return record, [unknowns_of(record, problem, vector) for vector in vectors]
+    return Posed(
+        record,
+        tuple(unknowns_of(record, problem, vector) for vector in vectors),
+        min(largest for _, largest in found),
+        np.sqrt(np.nansum(np.square(errors), axis=0)),
+    )
 
 
 def _reach(value: float) -> float:
