@@ -93,9 +93,9 @@ def prove_name(
     extended = _extended(diagnosis) if diagnosis.causes else None
     models = (diagnosis.base, *([extended] if diagnosis.causes else []), *(rival.model for rival in rivals))
     tried = list(windows(residual, _SIZES))
-    if progress:
-        progress(f"proving the name around sample {tried[0].first}")
     window, verified = _longest(extended, diagnosis.data, tried, bounds, seconds)
+    if progress:
+        progress(f"proving the name on samples {window.first} to {window.last}")
     known = {k: _not_posable(window) for k, model in enumerate(models) if model is None}
     known |= {1: verified} if verified else {}
     known |= _known(diagnosis, window, bounds[output])
@@ -104,7 +104,7 @@ def prove_name(
     try:
         race.run(seconds - (time.monotonic() - began))
     except KeyboardInterrupt:
-        if all(found.status is Status.UNDECIDED for found in race.decisions):
+        if not any(found.status in (Status.EXCLUDED, Status.FEASIBLE) for found in race.decisions):
             raise
         interrupted = True
     base, *rest = race.decisions
