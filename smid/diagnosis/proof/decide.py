@@ -147,6 +147,8 @@ class Race:
     ----------
     decisions
         Of each model, undecided at first.
+    parts
+        By the place of an undecided model, a part of the window on which it is feasible.
     """
 
     def __init__(
@@ -161,6 +163,7 @@ class Race:
     ) -> None:
         undecided = Decision(Status.UNDECIDED, window.first, window.last, (), str(TimeIsUp()), 0.0)
         self.decisions = [known.get(k, undecided) for k in range(len(models))]
+        self.parts = dict[int, Window]()
         self._weights = weights
         self._open = {
             k: _deciding(model, data, window, bounds, also)
@@ -177,6 +180,10 @@ class Race:
         except TimeIsUp:
             pass
 
+    def on(self, part: Window) -> tuple[Decision, ...]:
+        """Return what is decided on a part of the window: what fits more samples, or is excluded by some of them."""
+        return tuple(_on(part, found, self.parts.get(k)) for k, found in enumerate(self.decisions))
+
     def _spent(self, k: int) -> float:
         return self.decisions[k].seconds / self._weights.get(k, 1.0)
 
@@ -184,7 +191,9 @@ class Race:
         began, spent = time.monotonic(), self.decisions[k].seconds
         try:
             found = next(self._open[k])
-            if found is not None:
+            if isinstance(found, Window):
+                self.parts[k] = found
+            elif found is not None:
                 self.decisions[k] = found
                 del self._open[k]
         finally:
@@ -207,8 +216,8 @@ class _Trial:
 
 def _deciding(
     model: Model, data: Dataset, window: Window, bounds: Mapping[str, float], also: Sequence[Window]
-) -> Iterator[Decision | None]:
-    """Yield None after each step, and at last what is proven."""
+) -> Iterator[Decision | Window | None]:
+    """Yield None or a part of the window on which the model is feasible after each step, and at last what is proven."""
 
     def decision(status: Status, reason: str = "", part: Window = window, samples: _Shares = ()) -> Decision:
         return Decision(status, part.first, part.last, samples, reason, 0.0)
@@ -224,7 +233,7 @@ def _deciding(
         chains = [_parts(window, whole.error), [part for part in also if len(part) <= _SIZES[-1]]]
         for part in [chain[-1] for chain in chains if chain]:
             parts[part] = parts.get(part) or posed(model, part.cut(data), bounds)
-            yield None
+            yield part if part in also and parts[part].fits else None
         chain = max(filter(None, chains), key=lambda chain: parts[chain[-1]].least)
         for part in chain[:-1]:
             parts[part] = posed(model, part.cut(data), bounds)
@@ -269,6 +278,18 @@ def _deciding(
         raise
     except Exception as error:  # a proof that fails costs only the proof
         yield decision(Status.UNDECIDED, " ".join(f"failed with {type(error).__name__}: {error}".split()))
+
+
+def _on(part: Window, found: Decision, fitting: Window | None) -> Decision:
+    """Return what a decision on a window says of a part of it, where the model fits a part."""
+    if found.excluded and part.first <= found.first <= found.last <= part.last:
+        return found
+    if fitting is not None and fitting.first <= part.first <= part.last <= fitting.last:
+        return replace(found, status=Status.FEASIBLE, first=part.first, last=part.last, samples=(), reason="")
+    if found.excluded:
+        elsewhere = f"it is excluded by samples {found.first} to {found.last}"
+        return replace(found, status=Status.UNDECIDED, first=part.first, last=part.last, samples=(), reason=elsewhere)
+    return replace(found, first=part.first, last=part.last)
 
 
 def _parts(window: Window, error: Array) -> list[Window]:

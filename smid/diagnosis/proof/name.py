@@ -1,7 +1,8 @@
 """The proof of the name: what is proven of the base model, of the extended one and of its rivals, on the same samples.
 
-The samples are a window around the largest error of the base model: the longest one on which a fit of the extended
-model is verified. Base model and rivals are then decided on it side by side (:mod:`.decide`).
+The samples are a window around the largest error of the base model. On the longest one on which a fit of the extended
+model is verified, base model and rivals are decided side by side (:mod:`.decide`). What fits a window fits its parts,
+and what is excluded on a part is excluded on the window. So the statement is about the part on which most is decided.
 """
 
 from __future__ import annotations
@@ -107,7 +108,7 @@ def prove_name(
         if not any(found.status in (Status.EXCLUDED, Status.FEASIBLE) for found in race.decisions):
             raise
         interrupted = True
-    base, *rest = race.decisions
+    window, (base, *rest) = max(((part, race.on(part)) for part in tried[: tried.index(window) + 1]), key=_decided)
     run = diagnosis.data.experiments[window.experiment].name
     proof = NameProof(
         noise_bound=bounds[output],
@@ -146,6 +147,14 @@ def _extended(diagnosis: Diagnosis) -> Model | None:
     """Return the extended model; None where a cause acts on the noise and is not in the model."""
     inside = {p.name for p in diagnosis.model.parameters}
     return diagnosis.model if all(inside & {p.name for p in c.parameters} for c in diagnosis.causes) else None
+
+
+def _decided(stated: tuple[Window, tuple[Decision, ...]]) -> tuple[bool, bool, int, int]:
+    """Return how much is decided: of the base model, of the extended one, of how many; and on how many samples."""
+    window, decisions = stated
+    base, *rest = decisions
+    decided = sum(found.status in (Status.EXCLUDED, Status.FEASIBLE) for found in decisions)
+    return base.excluded, bool(rest) and rest[0].status is Status.FEASIBLE, decided, len(window)
 
 
 def _longest(

@@ -161,6 +161,24 @@ def test_the_statement_is_about_the_longest_window_on_which_the_extended_model_i
     assert proof.last - proof.first < last
 
 
+def test_a_decision_on_a_window_says_what_it_says_of_a_part():
+    """Excluded by samples of a part is excluded there; a run that fits a longer part fits."""
+    race = deciding.Race([LAG] * 4, None, Window(0, 0, 99), BOUNDS)
+    race.decisions[0] = Decision(Status.EXCLUDED, 20, 39, ((30, 1.0),), "", 0.0)
+    race.decisions[1] = Decision(Status.FEASIBLE, 0, 99, (), "", 0.0)
+    race.parts[2] = Window(0, 10, 59)
+    kinds = {"whole": Window(0, 0, 99), "both": Window(0, 10, 59), "short": Window(0, 30, 49)}
+    found = {name: [one.status.value for one in race.on(part)] for name, part in kinds.items()}
+    assert found == {
+        "whole": ["excluded", "feasible", "undecided", "undecided"],
+        "both": ["excluded", "feasible", "feasible", "undecided"],
+        "short": ["undecided", "feasible", "feasible", "undecided"],
+    }
+    for part in kinds.values():
+        assert all(part.first <= one.first <= one.last <= part.last for one in race.on(part))
+    assert race.on(kinds["short"])[0].reason == "it is excluded by samples 20 to 39"
+
+
 def test_a_model_without_end_leaves_the_others_their_time(monkeypatch):
     """The one that has used least time is next, by its share."""
     steps_of = {"slow": 0, "favoured": 0}
