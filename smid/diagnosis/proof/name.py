@@ -21,13 +21,13 @@ from smid.diagnosis.diagnosis import Diagnosis
 from smid.diagnosis.proof.decide import Decision, Race, Status, fitted
 from smid.diagnosis.proof.emptiness import Emptiness
 from smid.diagnosis.proof.name_proof import NameProof
-from smid.diagnosis.proof.window import windows
+from smid.diagnosis.proof.window import longer, windows
 from smid.feasible.feasible_set import check_noise_bound
 from smid.models import Model, ModelError
 from smid.models.simulated import check_equations
 
 _NOISE = "the effect acts on the noise, which the bound limits"
-_SIZES = (40, 100, 250, 500, 1000)
+_LONGER = (500, 1000)  # samples, where the extended model fits so many
 _BASE = 3.0  # shares of the time for the base model, as all rests on it
 
 
@@ -93,7 +93,8 @@ def prove_name(
     rivals = first.rivals if first else ()
     extended = _extended(diagnosis) if diagnosis.causes else None
     models = (diagnosis.base, *([extended] if diagnosis.causes else []), *(rival.model for rival in rivals))
-    tried = list(windows(residual, _SIZES))
+    tried = list(windows(residual))
+    tried += longer(tried[-1], len(residual[tried[-1].experiment]), _LONGER)
     window, verified = _longest(extended, diagnosis.data, tried, bounds, seconds)
     if progress:
         progress(f"proving the name on samples {window.first} to {window.last}")

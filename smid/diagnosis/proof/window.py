@@ -38,3 +38,19 @@ def windows(residual: Sequence[Array], sizes: Sequence[int] = SIZES) -> Iterator
         last = first + size - 1
         found.append(Window(number, first, last))
     yield from reversed(found)
+
+
+def longer(window: Window, n: int, sizes: Sequence[int]) -> Iterator[Window]:
+    """Yield windows of the first n samples around a shorter one, each within the next.
+
+    Examples
+    --------
+    >>> [(w.first, w.last) for w in longer(Window(0, 80, 89), 100, (50, 200))]
+    [(50, 99), (0, 99)]
+    """
+    for size in sizes:
+        if min(size, n) > len(window):
+            size = min(size, n)
+            first = min(max(window.first - (size - len(window)) // 2, 0), n - size)
+            window = Window(window.experiment, first, first + size - 1)
+            yield window
