@@ -179,9 +179,11 @@ def linear(forms: Array, to: int, a: int, factor: float, constant: float, error:
     forms[to, CENTRE] = factor * forms[a, CENTRE] + constant
     rounding = (4.0 + forms.shape[1] * EPSILON) * EPSILON * size + forms.shape[1] * TINY
     forms[to, RADIUS] = (abs(factor) * forms[a, RADIUS] + error + rounding) * (1.0 + 8.0 * EPSILON)
-    slack = error + 4.0 * EPSILON * (max(abs(low), abs(high)) + abs(constant)) + TINY
-    forms[to, LOW] = math.nextafter(low + constant - slack, -math.inf)
-    forms[to, HIGH] = math.nextafter(high + constant + slack, math.inf)
+    # Each end has its own rounding: the other one may be infinite.
+    below = error + 4.0 * EPSILON * (abs(low) + abs(constant)) + TINY
+    above = error + 4.0 * EPSILON * (abs(high) + abs(constant)) + TINY
+    forms[to, LOW] = math.nextafter(low + constant - below, -math.inf)
+    forms[to, HIGH] = math.nextafter(high + constant + above, math.inf)
     _tidied(forms, to)
 
 
@@ -222,6 +224,8 @@ def multiply(forms: Array, to: int, a: int, b: int) -> None:
     )
     low = math.nextafter(min(ends) * (1.0 - math.copysign(EPSILON, min(ends))), -math.inf)
     high = math.nextafter(max(ends) * (1.0 + math.copysign(EPSILON, max(ends))), math.inf)
+    if forms[a, LOW] >= 0.0 and forms[b, LOW] >= 0.0:
+        low = max(low, 0.0)
     mid_a, mid_b = forms[a, CENTRE], forms[b, CENTRE]
     radius_a, radius_b = forms[a, RADIUS], forms[b, RADIUS]
     around = spread(forms, a) * spread(forms, b)

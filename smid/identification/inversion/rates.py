@@ -48,19 +48,19 @@ class Rates:
     @cached_property
     def slopes(self) -> list[list[sympy.Expr]]:
         """The Jacobian."""
-        return [[_slope(rate, stage) for stage in self.stages] for rate in self.rates]
+        return [[slope(rate, stage) for stage in self.stages] for rate in self.rates]
 
     @cached_property
     def bends(self) -> list[dict[tuple[int, int], sympy.Expr]]:
         """The second derivatives of each rate in two states; those in different ones are counted twice."""
         n = range(len(self.states))
         return [
-            {(j, m): (1 if j == m else 2) * _slope(slopes[j], self.stages[m]) for j in n for m in n if j <= m}
+            {(j, m): (1 if j == m else 2) * slope(slopes[j], self.stages[m]) for j in n for m in n if j <= m}
             for slopes in self.slopes
         ]
 
 
-def _slope(expression: sympy.Expr, stage: sympy.Symbol) -> sympy.Expr:
+def slope(expression: sympy.Expr, stage: sympy.Symbol) -> sympy.Expr:
     """Return a derivative, in which what jumps is constant."""
     smooth = expression.replace(lambda node: isinstance(node, sympy.Max | sympy.Min), _with_size)
     constants = {jump: sympy.Dummy(real=True) for jump in smooth.atoms(*_JUMPS)}

@@ -25,7 +25,7 @@ from smid.models.parts import Line, Measurement
 from smid.models.structure import causal_order, first_samples, is_clock, state_lags
 from smid.models.symbols import VALUE, references, signal, t
 
-__all__ = ["Tape", "tape_of"]
+__all__ = ["Tape", "Writer", "tape_of"]
 
 
 _FUNCTIONS = {
@@ -127,7 +127,7 @@ class Tape:
     shared: Index
 
 
-class _Writer:
+class Writer:
     """Operations being written; what is known of an expression is written once."""
 
     def __init__(self, parameters: tuple[str, ...], signals: tuple[str, ...]) -> None:
@@ -163,6 +163,17 @@ class _Writer:
         is_exact = value.is_Rational and sympy.Rational(nearest) == value
         error = 0.0 if is_exact else abs(nearest) * 2 * EPSILON + TINY
         return self.put(Operation.NUMBER, number=nearest, error=error, when=_ONCE)
+
+    def ordered(self) -> tuple[tuple[Index, Index, Index], Array, dict[int, int]]:
+        """Return the operations once, each and inner, in the order in which they are made, their numbers, and places."""
+        order = sorted(range(len(self.entries)), key=lambda k: self.entries[k][0])
+        place = {old: new for new, old in enumerate(order)}
+        made = [(self.entries[k][0], _placed(self.entries[k][1], place)) for k in order]
+        once, each, inner = (
+            np.array([entry for level, entry in made if level == when], dtype=np.int64).reshape(-1, 4)
+            for when in (_ONCE, _EACH, _INNER)
+        )
+        return (once, each, inner), np.array([self.entries[k][2] for k in order]).reshape(-1, 2), place
 
     def write(self, node: sympy.Basic) -> int:
         """Return the form of an expression, with its operations if there are none yet."""
@@ -282,7 +293,7 @@ def tape_of(model: Model) -> Tape:
     seen = (Line(signal(name)[t], _seen(m)) for name, m in read.items())
     lines = causal_order((*seen, *summed(model.lines)))
     parameters, signals = tuple(p.name for p in model.parameters), tuple(line.signal for line in lines)
-    writer = _Writer(parameters, signals)
+    writer = Writer(parameters, signals)
     constraints = [writer.write(constraint) for constraint in model.constraints]
     integrated, counts = _integrated(writer, rates)
     for line in lines:
@@ -293,14 +304,7 @@ def tape_of(model: Model) -> Tape:
         writer.now[line.signal] = writer.put(Operation.DEFINE, form, writer.signals[line.signal])
     outputs = [m for m in model.measurements if read.get(m.signal) is not m]
     rows = [writer.write(signal(m.signal)[t] - _seen(m)) for m in outputs]
-    # In the order in which they are made.
-    order = sorted(range(len(writer.entries)), key=lambda k: writer.entries[k][0])
-    place = {old: new for new, old in enumerate(order)}
-    made = [(writer.entries[k][0], _placed(writer.entries[k][1], place)) for k in order]
-    once, each, inner = (
-        np.array([entry for level, entry in made if level == when], dtype=np.int64).reshape(-1, 4)
-        for when in (_ONCE, _EACH, _INNER)
-    )
+    (once, each, inner), written, place = writer.ordered()
     first, states = first_samples(lines), state_lags(lines)
     lags = [(name, lag) for line in lines for name, lag in line.reads]
     return Tape(
@@ -313,7 +317,7 @@ def tape_of(model: Model) -> Tape:
         inner,
         np.array(counts, dtype=np.int64),
         np.array([[place[k] for k in own] for own in integrated], dtype=np.int64).reshape(-1, 6),
-        np.array([writer.entries[k][2] for k in order]),
+        written,
         np.array([place[writer.now[name]] for name in signals], dtype=np.int64),
         np.array([any(name == own and lag for name, lag in lags) for own in signals]),
         np.array([first[name] for name in signals], dtype=np.int64),
@@ -335,7 +339,7 @@ def _shared(once: Index, later: Index) -> Index:
     return np.array(sorted(k for k in read if once[k, 0] in bent), dtype=np.int64)
 
 
-def _integrated(writer: _Writer, rates: Rates) -> tuple[list[list[int]], list[int]]:
+def _integrated(writer: Writer, rates: Rates) -> tuple[list[list[int]], list[int]]:
     """Write what integration reads of each state, and return its forms, and how many operations there are after each.
 
     The last ones give the states at the next sample.

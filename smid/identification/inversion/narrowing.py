@@ -1,0 +1,267 @@
+"""Boxes narrowed without a free run: bounds of the states and of the parameters by turns.
+
+Over a wide box a free run reaches anywhere. But where measurements show each state or its integral, the states are
+bounded along the record whatever the parameters are (:mod:`.comparison`). Then the rates integrated over windows are
+rows that are linear in products of the parameters (:mod:`.integrals`). Linear programs bound the products, these bound
+the parameters, and both bound the states again.
+
+A parameter that stays in doubt is shaved: where a slice at an end of its interval is proven empty, it is cut off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import sympy
+from scipy import sparse
+
+from relaxations.algebra.affine_arithmetic import CENTRE, HIGH, LOW, RADIUS, SLOPES
+from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.ball_arithmetic import EPSILON, TINY
+from relaxations.algebra.intervals import Intervals
+from relaxations.deadline import check_time
+from smid.data import Dataset
+from smid.identification.inversion.comparison import Comparison, States
+from smid.identification.inversion.contraction import contracted
+from smid.identification.inversion.frame import middle_and_half
+from smid.identification.inversion.integrals import Integrals
+from smid.identification.inversion.record import Group, Rows
+from smid.identification.inversion.terms import Program, Terms
+from smid.models import Model
+
+__all__ = ["Narrowed", "Narrowing"]
+
+_ROUNDS = 30
+_WORTH = 0.02  # a round takes at least this share of a width
+_SURE = 0.05  # a parameter that is known as well is not shaved
+_SLICES = (0.5, 0.25, 0.125, 0.0625)  # shares of an interval, one tried after the other
+_TRIES = 2  # rounds for a slice
+
+
+@dataclass(frozen=True, eq=False)
+class Narrowed:
+    """What is known.
+
+    Parameters
+    ----------
+    box
+        Of the parameters, shape (parameters, 2).
+    products
+        Of what the rates are linear in.
+    states
+        Of each experiment.
+    """
+
+    box: Array
+    products: Intervals
+    states: tuple[States, ...]
+
+    @property
+    def empty(self) -> bool:
+        """Whether no parameters explain the record."""
+        boxes = bool((self.box[:, 0] > self.box[:, 1]).any())
+        return boxes or self.products.empty or any(states.empty for states in self.states)
+
+    @property
+    def width(self) -> Array:
+        """The widths of the parameters and the products."""
+        return np.concatenate([self.box[:, 1] - self.box[:, 0], self.products.width])
+
+
+class Narrowing:
+    """Narrows boxes of the parameters of a model by a record.
+
+    Parameters
+    ----------
+    bounds
+        Of each noisy channel, in its unit.
+    """
+
+    def __init__(self, model: Model, terms: Terms, data: Dataset, bounds: Mapping[str, float]) -> None:
+        self._terms, self._names = terms, tuple(p.name for p in model.parameters)
+        self._shown = [
+            (terms.states.index(m.signal), m.channel, bounds.get(m.channel, 0.0) if m.noise is not None else 0.0)
+            for m in model.measurements
+            if m.signal in terms.states and m.inverse is None
+        ]
+        h = float(model.sampling_time or data.sampling_time)
+        values = [np.array([run.values[name] for name in terms.functions.channels]) for run in data.experiments]
+        read = [own.reshape(-1, run.n_samples) for own, run in zip(values, data.experiments, strict=True)]
+        self._runs = data.experiments
+        self._comparisons = [Comparison(terms, own, h) for own in read]
+        self._integrals = [Integrals(terms, len(self._names), own, h) for own in read]
+        self._constraints = Program.of(list(model.constraints), self._names, ())
+
+    @staticmethod
+    def of(model: Model, data: Dataset, bounds: Mapping[str, float]) -> Narrowing | None:
+        """Return the narrowing of a model with a hidden state whose integral is measured.
+
+        None where a state is neither measured nor the rate of one that is: of it nothing is known without a run.
+        """
+        terms = Terms.of(model) if model.enclosed else None
+        if terms is None:
+            return None
+        shown = {m.signal for m in model.measurements if m.inverse is None}
+        known = [name in shown for name in terms.states]
+        chained = [k >= 0 and known[k] for k in terms.integral]
+        every = all(own or other for own, other in zip(known, chained, strict=True))
+        hidden = any(other and not own for own, other in zip(known, chained, strict=True))
+        return Narrowing(model, terms, data, bounds) if every and hidden else None
+
+    def start(self, box: Array) -> Narrowed:
+        """Return what is known beforehand of a box of the parameters, shape (parameters, 2)."""
+        nothing = Intervals.within(np.full(len(self._terms.coefficients), np.inf))
+        return Narrowed(box, self._products(box, nothing), tuple(map(self._measured, range(len(self._runs)))))
+
+    def narrowed(self, known: Narrowed) -> Narrowed:
+        """Return what is proven of a box."""
+        known = self._repeated(known, _ROUNDS)
+        while not known.empty:
+            shaved = self._shaved(known)
+            if shaved is known:
+                return self._bounded(known, range(len(self._names)))
+            known = self._repeated(shaved, _ROUNDS)
+        return known
+
+    def _measured(self, e: int) -> States:
+        n, count = self._runs[e].n_samples, len(self._terms.states)
+        at, during = (Intervals.within(np.full((count, size), np.inf)) for size in (n, n - 1))
+        for i, channel, reach in self._shown:
+            values = Intervals.of(self._runs[e].values[channel]) + Intervals.within(reach)
+            told = np.isfinite(values.lower)
+            both = at[i].meet(values).where(told, at[i])
+            at.lower[i], at.upper[i] = both.lower, both.upper
+        return States(at, during)
+
+    def _repeated(self, known: Narrowed, rounds: int) -> Narrowed:
+        for _ in range(rounds):
+            check_time()
+            before = known.width
+            states = tuple(
+                compare(known.box, known.products, own)
+                for compare, own in zip(self._comparisons, known.states, strict=True)
+            )
+            known = replace(known, states=states)
+            if not known.empty:
+                count = len(self._names)
+                known = self._bounded(known, range(count, count + len(known.products.lower)))
+            if known.empty or np.all(known.width >= (1 - _WORTH) * before):
+                break
+        return known
+
+    def _shaved(self, known: Narrowed) -> Narrowed:
+        """Cut off slices that are proven empty."""
+        found = known
+        for k in range(len(self._names)):
+            for side in (0, 1):
+                for share in _SLICES:
+                    while (cut := _cut(found.box[k], side, share)) is not None:
+                        slice_, rest = (found.box.copy() for _ in range(2))
+                        slice_[k, 1 - side] = rest[k, side] = cut
+                        if not self._repeated(self._within(found, slice_), _TRIES).empty:
+                            break
+                        found = self._within(found, rest)
+        return found
+
+    def _within(self, known: Narrowed, box: Array) -> Narrowed:
+        return replace(known, box=box, products=self._products(box, known.products))
+
+    def _products(self, box: Array, known: Intervals) -> Intervals:
+        forms = self._terms.values.affine(box)
+        return known.meet(Intervals(forms[:, LOW], forms[:, HIGH]))
+
+    def _bounded(self, known: Narrowed, targets: Sequence[int]) -> Narrowed:
+        """Return what linear programs prove of some parameters or products."""
+        count, own = len(known.box), len(known.products.lower)
+        found = [
+            integrals.rows(known.box, known.products, states)
+            for integrals, states in zip(self._integrals, known.states, strict=True)
+        ]
+        if any(part is None for part in found):
+            return replace(known, box=known.box[:, ::-1])
+        shared = count + own
+        lower = np.concatenate([found[0][1][:shared], *(low[shared:] for _, low, _ in found)])
+        upper = np.concatenate([found[0][2][:shared], *(high[shared:] for _, _, high in found)])
+        rows, begin = [], shared
+        for part, low, _ in found:
+            columns = np.concatenate([np.arange(shared), begin + np.arange(len(low) - shared)])
+            rows.append(_moved(part, columns, len(lower)))
+            begin += len(low) - shared
+        rows += [self._linked(known, len(lower)), self._constrained(known, len(lower))]
+        free = tuple(k for k in targets if lower[k] < upper[k])
+        result = contracted(_joined(rows), lower, upper, [Group(free, None)])
+        if result.empty:
+            return replace(known, box=known.box[:, ::-1])
+        box = np.column_stack([result.lower[:count], result.upper[:count]])
+        products = Intervals(result.lower[count:shared], result.upper[count:shared])
+        box = self._divided(box, products)
+        return replace(known, box=box, products=self._products(box, products))
+
+    def _linked(self, known: Narrowed, width: int) -> Rows:
+        """Return the rows between products and parameters."""
+        forms, count = self._terms.values.affine(known.box), len(known.box)
+        middle, half = middle_and_half(known.products.lower, known.products.upper)
+        slopes = sparse.hstack([-forms[:, SLOPES:], sparse.diags_array(half)])
+        centre = middle - forms[:, CENTRE]
+        radius = forms[:, RADIUS] + 4 * EPSILON * (np.abs(middle) + np.abs(forms[:, CENTRE])) + TINY
+        return _moved(_rows(slopes, centre, radius), np.arange(count + len(half)), width)
+
+    def _constrained(self, known: Narrowed, width: int) -> Rows:
+        """Return the rows of the constraints: a form that is not negative, and at most its own largest value."""
+        forms = self._constraints.affine(known.box)
+        most = np.maximum(forms[:, HIGH], 0.0)
+        centre = forms[:, CENTRE] - 0.5 * most
+        radius = forms[:, RADIUS] + 0.5 * most + 4 * EPSILON * (np.abs(forms[:, CENTRE]) + most) + TINY
+        return _moved(_rows(forms[:, SLOPES:], centre, radius), np.arange(len(known.box)), width)
+
+    def _divided(self, box: Array, products: Intervals) -> Array:
+        """Bound the factors of products by the products and the other factors, where these are positive."""
+        box = box.copy()
+        for k, product in enumerate(self._terms.coefficients):
+            factors = [str(factor) for factor in sympy.Mul.make_args(product)]
+            if not (set(factors) <= set(self._names) and len(set(factors)) == len(factors)):
+                continue
+            places = [self._names.index(name) for name in factors]
+            for place in places:
+                others = Intervals.of(1.0)
+                for other in places:
+                    others = others if other == place else others * Intervals.of(*box[other])
+                if others.lower > 0:
+                    inverse = Intervals.of(np.nextafter(1 / others.upper, 0), np.nextafter(1 / others.lower, np.inf))
+                    quotient = products[k] * inverse
+                    box[place] = max(box[place, 0], quotient.lower), min(box[place, 1], quotient.upper)
+        return box
+
+
+def _cut(ends: Array, side: int, share: float) -> float | None:
+    """Return where to cut a slice off an interval; None if it is known well."""
+    low, high = ends.tolist()
+    if not high - low > _SURE * max(abs(low), abs(high)):
+        return None
+    part = share if side == 0 else 1 - share
+    # Of numbers of one sign by their order of magnitude.
+    cut = low * (high / low) ** part if low > 0 or high < 0 else low + (high - low) * part
+    return cut if low < cut < high else None
+
+
+def _rows(slopes: sparse.sparray | Array, centre: Array, radius: Array) -> Rows:
+    sources = np.zeros((len(centre), 4), dtype=np.int64)
+    return Rows(centre, radius * (1 + 8 * EPSILON), sparse.csr_array(slopes), sources, -1)
+
+
+def _moved(rows: Rows, columns: Index, width: int) -> Rows:
+    """Return rows whose symbols are in other columns."""
+    slopes = rows.slopes
+    return replace(
+        rows, slopes=sparse.csr_array((slopes.data, columns[slopes.indices], slopes.indptr), (slopes.shape[0], width))
+    )
+
+
+def _joined(parts: Sequence[Rows]) -> Rows:
+    slopes = sparse.csr_array(sparse.vstack([part.slopes for part in parts]))
+    centre, radius, sources = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("centre", "radius", "sources")
+    )
+    return Rows(centre, radius, slopes, sources, -1)
