@@ -48,7 +48,7 @@ from smid.theses.hybrid.arm import (
     white_free_run,
 )
 from smid.theses.hybrid.arm.embedded_arm import SPEED_UNIT, TORQUE_UNIT
-from smid.theses.hybrid.certified import certify_arm
+from smid.theses.hybrid.arm.proven import prove_arm
 
 INPUT, NOISE, NEURONS = "six_equal", 0.002, 5
 SCHEMES = (("rk4", 1), ("rk4", 16), ("rosenbrock", 1), ("rosenbrock", 4), ("rosenbrock", 16))
@@ -183,10 +183,10 @@ def main() -> None:
     """Print the tables."""
     record = held_record(TABLE_F1[INPUT])
     noisy = held_record(TABLE_F1[INPUT], noise_bound=NOISE, seed=1)
-    found = certify_arm(
+    found = prove_arm(
         Dataset.from_arrays(input=noisy.values("u"), output=noisy.values("y"), sampling_time=0.02), NOISE
     )
-    proven = {name: found.centre(name) for name in TABLE_F2_START}
+    proven = {name: found[name].centre for name in TABLE_F2_START}
     sticks = np.mean(np.abs(record.values("speed")) < ARM["eps"])
     print(f"The arm sticks during {100 * sticks:.0f} % of the record.\n", flush=True)
     print(integrations(record, proven), end="\n\n", flush=True)

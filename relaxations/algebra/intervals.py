@@ -74,10 +74,6 @@ class Intervals:
         least = np.where((self.lower <= 0) & (self.upper >= 0), 0.0, np.minimum(np.abs(self.lower), np.abs(self.upper)))
         return Intervals(np.maximum(_down(least * least), 0.0), _up(largest * largest))
 
-    def signed_square(self) -> Intervals:
-        """Return ``x |x|``, which rises with x."""
-        return Intervals(_down(self.lower * np.abs(self.lower)), _up(self.upper * np.abs(self.upper)))
-
     def meet(self, other: Intervals) -> Intervals:
         """Return the intersection; empty where the ends cross."""
         return Intervals(np.maximum(self.lower, other.lower), np.minimum(self.upper, other.upper))

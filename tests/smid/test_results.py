@@ -20,8 +20,8 @@ import pytest
 import sympy
 
 import smid
-from relaxations.algebra.intervals import Intervals
 from relaxations.formats.expressions import problem_of, variables
+from relaxations.search.enclosure import Proof
 from relaxations.search.minimum import minimise
 from smid.data import Channel, excitation
 from smid.data.bundled import record_path
@@ -43,6 +43,7 @@ from smid.hybrid import (
 )
 from smid.hybrid.estimate import ERRORS
 from smid.identification.dead_zone import DeadZoneThreshold
+from smid.identification.estimate import ParameterInterval
 from smid.identification.lowest_order import OrderStep
 from smid.models import OutputError, Reactor
 from smid.networks import MultiStart, Stop, TanhNetwork, train
@@ -68,7 +69,6 @@ from smid.theses.hybrid.arm import (
     NetworkRuns,
     WhiteEstimate,
 )
-from smid.theses.hybrid.certified import CertifiedArm
 from smid.theses.hybrid.inputs import InputStudy
 from smid.theses.hybrid.inputs.input_study import InputRow
 from smid.theses.hybrid.reactor import OutputErrors, ReactorStudy, RequirementStudy, TimeConstants
@@ -184,8 +184,9 @@ def designed():
     )
     yield shrinking_input(family, lambda u: {"gain": 0.1 + (u[0] - 0.3) ** 2}, budget=5)
     box = {name: (0.9, 1.1) for name in ("theta", "b", "Wd", "Ws")}
-    arm = CertifiedArm(box, dict.fromkeys(box, (0.0, 9.0)), Intervals.of(0.0), 0.002, 1, 2, 0.5)
-    yield arm
+    arm = {
+        name: ParameterInterval(name, "", *ends, np.nan, np.nan, Proof.PROVEN, Proof.BOX) for name, ends in box.items()
+    }
     four = fisher_information(np.eye(6)[:, :4], tuple(box), (1.0, 2.0, 3.0, 4.0), 1.0)
     yield InputStudy((InputRow("sines", np.ones(3), np.ones(3), 4, four, arm),), 0.02, 0.002)
 

@@ -122,6 +122,10 @@ class Cover:
         points = np.array(self.points).reshape(-1, self.record.count)
         return points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
 
+    def clear(self) -> None:
+        """Drop all boxes: the set is proven empty otherwise."""
+        self._open, self._closed = [], []
+
     def step(self) -> None:
         """Contract the box that reaches furthest, then cut or close it; where it is stopped, the box stays."""
         box = self._open[0][2]

@@ -20,6 +20,7 @@ from smid.identification.estimate import CentreStatus
 from smid.identification.inversion.certificate import run_certificate
 from smid.identification.inversion.contraction import contracted
 from smid.identification.inversion.cover import Cover, heaviest
+from smid.identification.inversion.narrowing import Narrowing
 from smid.identification.inversion.outermost import outermost
 from smid.identification.inversion.record import Record
 from smid.identification.windows.scan import Scan
@@ -58,7 +59,8 @@ class Inverted:
                 f"model.bound({loose[0]}=(-10, 10))"
             )
         self.record = record = Record(model, data, bounds)
-        if all(record.says_nothing(*ends) for ends in _points(record)):
+        self._narrowing = Narrowing.of(record, bounds)
+        if self._narrowing is None and all(record.says_nothing(*ends) for ends in _points(record)):
             raise ModelError(_why_unknown(record))
         self.cover = Cover(record, settings.tolerance)
         self._not_written = ""
@@ -66,31 +68,41 @@ class Inverted:
     def enclose(self) -> Enclosed:
         """Return the intervals of the parameters."""
         began, reason = time.perf_counter(), Reason.ROUNDS
-        most, say, cover = self.settings.nodes or MOST, self.settings.progress or (lambda _: None), self.cover
+        most, say = self.settings.nodes or MOST, self.settings.progress or (lambda _: None)
         try:
+            self._narrow()
             self._start()
-            while not cover.done and cover.contracted < most:
+            while not (cover := self.cover).done and cover.contracted < most:
                 check_time()
                 before = cover.contracted
                 cover.step()
                 if before // _TOLD < cover.contracted // _TOLD:
                     say(f"{cover.contracted} contractions, {len(cover.boxes)} boxes left")
-            reason = Reason.SMALLEST if cover.done else reason
+            reason = Reason.SMALLEST if self.cover.done else reason
         except STOPS as stop:
             reason = Reason[stopped_by(stop)]
-        empty = None if cover.boxes else Emptiness(0.0, np.zeros(0))
+        empty = None if self.cover.boxes else Emptiness(0.0, np.zeros(0))
         reason = Reason.EMPTY if empty else reason
         intervals = () if empty else self._intervals()
         if not empty and all(is_tight(interval, self.settings.tolerance) for interval in intervals):
             reason = Reason.TIGHT
         count = len(self.model.parameters)
-        points = tuple(point[:count] for point in cover.points)
+        points = tuple(point[:count] for point in self.cover.points)
         seconds = time.perf_counter() - began
         return Enclosed(
             None,
             reason,
-            Enclosure(intervals, points, empty, NAME, 0, reason, 0, cover.contracted, seconds, (), 0, 0),
+            Enclosure(intervals, points, empty, NAME, 0, reason, 0, self.cover.contracted, seconds, (), 0, 0),
         )
+
+    def _narrow(self) -> None:
+        """Narrow the box without a free run, as far as that goes."""
+        for known in self._narrowing.steps() if self._narrowing else ():
+            if known.empty:
+                self.cover.clear()
+                return
+            self.record = self.record.within(*self._narrowing.ends(known))
+            self.cover = Cover(self.record, self.settings.tolerance)
 
     def _start(self) -> None:
         """Look for points that fit, by a local search."""
@@ -112,9 +124,10 @@ class Inverted:
         """Return in words what is proven where no parameters fit."""
         bounds = ", ".join(f"{b:g} {self.data.channel(c).unit}".rstrip() + f" on {c}" for c, b in self.bounds.items())
         carried = ", ".join(f"{sample} ({share:.0%})" for _, sample, share in self.heaviest)
+        carried = f". Most influential samples: {carried}" if carried else "."
         return (
             f"proven: no parameters within their boxes explain the data within {bounds}. Raise the bound, widen the "
-            f"boxes or extend the model. Most influential samples: {carried}{self._not_written}"
+            f"boxes or extend the model{carried}{self._not_written}"
         )
 
     @property

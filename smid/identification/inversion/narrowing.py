@@ -10,8 +10,9 @@ A parameter that stays in doubt is shaved: where a slice at an end of its interv
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 import sympy
@@ -22,18 +23,15 @@ from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from relaxations.algebra.intervals import Intervals
 from relaxations.deadline import check_time
-from smid.data import Dataset
 from smid.identification.inversion.comparison import Comparison, States
 from smid.identification.inversion.contraction import contracted
 from smid.identification.inversion.frame import middle_and_half
 from smid.identification.inversion.integrals import Integrals
-from smid.identification.inversion.record import Group, Rows
+from smid.identification.inversion.record import Group, Record, Rows
 from smid.identification.inversion.terms import Program, Terms
-from smid.models import Model
 
 __all__ = ["Narrowed", "Narrowing"]
 
-_ROUNDS = 30
 _WORTH = 0.02  # a round takes at least this share of a width
 _SURE = 0.05  # a parameter that is known as well is not shaved
 _SLICES = (0.5, 0.25, 0.125, 0.0625)  # shares of an interval, one tried after the other
@@ -79,51 +77,69 @@ class Narrowing:
         Of each noisy channel, in its unit.
     """
 
-    def __init__(self, model: Model, terms: Terms, data: Dataset, bounds: Mapping[str, float]) -> None:
-        self._terms, self._names = terms, tuple(p.name for p in model.parameters)
+    def __init__(self, record: Record, terms: Terms, bounds: Mapping[str, float]) -> None:
+        model, self._record, self._terms = record.model, record, terms
+        self._names, self._runs = tuple(p.name for p in model.parameters), record.data.experiments
         self._shown = [
-            (terms.states.index(m.signal), m.channel, bounds.get(m.channel, 0.0) if m.noise is not None else 0.0)
+            (terms.states.index(m.signal), m.channel, bounds[m.channel] if m.noise is not None else 0.0)
             for m in model.measurements
             if m.signal in terms.states and m.inverse is None
         ]
-        h = float(model.sampling_time or data.sampling_time)
-        values = [np.array([run.values[name] for name in terms.functions.channels]) for run in data.experiments]
-        read = [own.reshape(-1, run.n_samples) for own, run in zip(values, data.experiments, strict=True)]
-        self._runs = data.experiments
+        h = float(model.sampling_time or record.data.sampling_time)
+        channels = terms.functions.channels
+        read = [np.array([run.values[name] for name in channels]).reshape(-1, run.n_samples) for run in self._runs]
         self._comparisons = [Comparison(terms, own, h) for own in read]
         self._integrals = [Integrals(terms, len(self._names), own, h) for own in read]
         self._constraints = Program.of(list(model.constraints), self._names, ())
 
     @staticmethod
-    def of(model: Model, data: Dataset, bounds: Mapping[str, float]) -> Narrowing | None:
-        """Return the narrowing of a model with a hidden state whose integral is measured.
+    def of(record: Record, bounds: Mapping[str, float]) -> Narrowing | None:
+        """Return the narrowing for a model with a hidden state whose integral is measured.
 
         None where a state is neither measured nor the rate of one that is: of it nothing is known without a run.
         """
-        terms = Terms.of(model) if model.enclosed else None
+        terms = Terms.of(record.model) if record.model.enclosed else None
         if terms is None:
             return None
-        shown = {m.signal for m in model.measurements if m.inverse is None}
+        shown = {m.signal for m in record.model.measurements if m.inverse is None}
         known = [name in shown for name in terms.states]
+        hidden = [not own for own in known]
         chained = [k >= 0 and known[k] for k in terms.integral]
-        every = all(own or other for own, other in zip(known, chained, strict=True))
-        hidden = any(other and not own for own, other in zip(known, chained, strict=True))
-        return Narrowing(model, terms, data, bounds) if every and hidden else None
+        fits = any(hidden) and all(own or other for own, other in zip(known, chained, strict=True))
+        return Narrowing(record, terms, bounds) if fits else None
 
-    def start(self, box: Array) -> Narrowed:
-        """Return what is known beforehand of a box of the parameters, shape (parameters, 2)."""
+    def steps(self) -> Iterator[Narrowed]:
+        """Yield what is proven, ever more; the last may be empty."""
+        known, shaved = self._start(), None
+        while known is not shaved:
+            for known in self._rounds(known):
+                yield known
+            if known.empty:
+                return
+            shaved, known = known, self._shaved(known)
+            yield known
+        yield self._bounded(known, range(len(self._names)))
+
+    def ends(self, known: Narrowed) -> tuple[Array, Array]:
+        """Return the ends of the unknowns of the record."""
+        lower, upper = self._record.lower.copy(), self._record.upper.copy()
+        lower[: len(known.box)], upper[: len(known.box)] = known.box.T
+        signals = self._record.tape.signals
+        for piece in self._record.cut.parts:
+            at = known.states[piece.experiment].at
+            for signal, now in np.argwhere(piece.initial >= 0).tolist():
+                if (name := signals[signal]) in self._terms.states:
+                    place = piece.unknowns[piece.initial[signal, now]]
+                    ends = at[self._terms.states.index(name), piece.first + now]
+                    lower[place], upper[place] = ends.lower, ends.upper
+        return lower, upper
+
+    def _start(self) -> Narrowed:
+        """Return what is known beforehand."""
+        count = len(self._names)
+        box = np.column_stack([self._record.lower[:count], self._record.upper[:count]])
         nothing = Intervals.within(np.full(len(self._terms.coefficients), np.inf))
         return Narrowed(box, self._products(box, nothing), tuple(map(self._measured, range(len(self._runs)))))
-
-    def narrowed(self, known: Narrowed) -> Narrowed:
-        """Return what is proven of a box."""
-        known = self._repeated(known, _ROUNDS)
-        while not known.empty:
-            shaved = self._shaved(known)
-            if shaved is known:
-                return self._bounded(known, range(len(self._names)))
-            known = self._repeated(shaved, _ROUNDS)
-        return known
 
     def _measured(self, e: int) -> States:
         n, count = self._runs[e].n_samples, len(self._terms.states)
@@ -133,10 +149,16 @@ class Narrowing:
             told = np.isfinite(values.lower)
             both = at[i].meet(values).where(told, at[i])
             at.lower[i], at.upper[i] = both.lower, both.upper
+        for name, ends in self._record.model.bounds.items():
+            if name in self._terms.states:
+                i = self._terms.states.index(name)
+                both = at[i].meet(Intervals.of(*ends))
+                at.lower[i], at.upper[i] = both.lower, both.upper
         return States(at, during)
 
-    def _repeated(self, known: Narrowed, rounds: int) -> Narrowed:
-        for _ in range(rounds):
+    def _rounds(self, known: Narrowed) -> Iterator[Narrowed]:
+        """Bound states and products by turns, until the boxes no longer shrink."""
+        while True:
             check_time()
             before = known.width
             states = tuple(
@@ -147,9 +169,9 @@ class Narrowing:
             if not known.empty:
                 count = len(self._names)
                 known = self._bounded(known, range(count, count + len(known.products.lower)))
+            yield known
             if known.empty or np.all(known.width >= (1 - _WORTH) * before):
-                break
-        return known
+                return
 
     def _shaved(self, known: Narrowed) -> Narrowed:
         """Cut off slices that are proven empty."""
@@ -160,7 +182,8 @@ class Narrowing:
                     while (cut := _cut(found.box[k], side, share)) is not None:
                         slice_, rest = (found.box.copy() for _ in range(2))
                         slice_[k, 1 - side] = rest[k, side] = cut
-                        if not self._repeated(self._within(found, slice_), _TRIES).empty:
+                        tried = islice(self._rounds(self._within(found, slice_)), _TRIES)
+                        if not any(known.empty for known in tried):
                             break
                         found = self._within(found, rest)
         return found

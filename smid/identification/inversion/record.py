@@ -180,6 +180,12 @@ class Record:
         self.names, self.lower, self.upper = self.cut.names, self.cut.lower, self.cut.upper
         self.frame: Frame | None = None
 
+    def within(self, lower: Array, upper: Array) -> Record:
+        """Return the record with more known of the unknowns beforehand."""
+        other = copy(self)
+        other.lower, other.upper = np.maximum(self.lower, lower), np.minimum(self.upper, upper)
+        return other
+
     def rows(self, lower: Array, upper: Array, only: int | None = None, at_middle: bool = False) -> Rows:
         """Return what the record states about a box, but for rows that hold anywhere in it or say nothing.
 

@@ -26,7 +26,6 @@ def test_results_of_ends_and_middles_lie_inside(one, two):
     assert contains(a * b, [x * y for x in xs for y in ys])
     assert contains(a / 3.0, [x / 3 for x in xs])
     assert contains(a.square(), [x * x for x in xs])
-    assert contains(a.signed_square(), [x * abs(x) for x in xs])
     assert contains(a.hull(b), [*xs, *ys])
     assert float(a.width) >= float(xs[2] - xs[0])
 

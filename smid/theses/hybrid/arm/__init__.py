@@ -37,6 +37,7 @@ from smid.theses.hybrid.arm.input_error import (
     modulate_motion,
     quiet_filter,
 )
+from smid.theses.hybrid.arm.proven import is_told, prove_arm
 from smid.theses.hybrid.arm.records import held_record, other_kind, slower, thesis_record
 from smid.theses.hybrid.arm.white import (
     INTEGRATIONS,
@@ -78,10 +79,12 @@ __all__ = [
     "friction_start",
     "global_start",
     "held_record",
+    "is_told",
     "input_error_runs",
     "modulate_motion",
     "multistart_start",
     "other_kind",
+    "prove_arm",
     "quiet_filter",
     "random_start",
     "run_embedded",

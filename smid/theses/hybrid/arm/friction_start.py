@@ -2,8 +2,7 @@
 
     16 Nm N(v) ~ Wd sign(v) + b v |v|      over the speeds that the white arm reaches, and the opposite speeds
 
-The constants are estimates, or the centres of the intervals that `smid.theses.hybrid.certified` proves without a start
-value. The network is not fitted to sticking: within eps of rest the free run determines it.
+The constants are estimates, or the centres of the intervals that `prove_arm` proves without a start value. The network is not fitted to sticking: within eps of rest the free run determines it.
 
 Reference: hybrid thesis, section 7.4 and appendix F.1.
 """
@@ -20,8 +19,8 @@ from smid.networks import NetworkError, levenberg_marquardt, multistart
 from smid.theses.hybrid.arm.embedded_arm import INERTIA_START, SPEED_UNIT, TORQUE_UNIT, true_friction
 from smid.theses.hybrid.arm.exact_motion import exact_motion
 from smid.theses.hybrid.arm.global_start import jump_start
+from smid.theses.hybrid.arm.proven import prove_arm
 from smid.theses.hybrid.arm.white import estimate_white
-from smid.theses.hybrid.certified import certify_arm
 
 __all__ = ["certified_start", "friction_start", "white_start"]
 
@@ -100,7 +99,7 @@ def certified_start(data: Dataset, noise_bound: float, hidden: int = 5, *, seeds
 
     Raises
     ------
-    DataError
+    EmptyFeasibleSetError
         If no arm explains the record within the bound.
 
     Examples
@@ -117,8 +116,8 @@ def certified_start(data: Dataset, noise_bound: float, hidden: int = 5, *, seeds
         output={"y": data.experiments[0].values["y"]},
         sampling_time=data.sampling_time,
     )
-    proven = certify_arm(record, noise_bound)
-    constants = {name: proven.centre(name) for name in ("theta", "b", "Wd")}
+    proven = prove_arm(record, noise_bound)
+    constants = {name: proven[name].centre for name in ("theta", "b", "Wd")}
     # Often only the lower end of Ws is narrow.
-    constants["Ws"] = max(proven.intervals["Ws"][0], constants["Wd"])
+    constants["Ws"] = max(proven["Ws"].lower, constants["Wd"])
     return friction_start(data, constants, hidden, seeds=seeds)

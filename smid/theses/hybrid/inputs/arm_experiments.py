@@ -18,8 +18,7 @@ from smid.design.family import InputFamily
 from smid.design.fisher import FisherInformation, fisher_information
 from smid.signals import sum_of_sines, tailored
 from smid.theses.hybrid.arm.exact_motion import ARM, exact_motion
-from smid.theses.hybrid.certified import certify_arm
-from smid.theses.hybrid.certified.box import CONSTANTS
+from smid.theses.hybrid.arm.proven import CONSTANTS, prove_arm
 
 __all__ = ["arm_information", "arm_sines", "arm_tailored", "arm_widths"]
 
@@ -159,7 +158,7 @@ def arm_widths(
     noise_bound
         Of the uniform noise, in rad.
     prior
-        See `certify_arm`.
+        See `prove_arm`.
 
     Examples
     --------
@@ -172,5 +171,5 @@ def arm_widths(
     angle = exact_motion(inputs, sampling_time)[:, 0]
     noise = np.random.default_rng(seed).uniform(-noise_bound, noise_bound, len(inputs))
     data = Dataset.from_arrays(input=inputs, output=angle + noise, sampling_time=sampling_time)
-    found = certify_arm(data, noise_bound, prior=prior)
-    return {name: found.relative_width(name) for name in CONSTANTS}
+    found = prove_arm(data, noise_bound, prior=prior)
+    return {name: found[name].width_percent / 100 for name in CONSTANTS}

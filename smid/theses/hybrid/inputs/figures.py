@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from smid.display.style import BLUE, INK, ORANGE, WIDTH, style
 from smid.theses.hybrid.arm.exact_motion import ARM
-from smid.theses.hybrid.certified.box import CONSTANTS
+from smid.theses.hybrid.arm.proven import CONSTANTS, is_told
 
 if TYPE_CHECKING:
     from smid.theses.hybrid.inputs.input_study import InputStudy
@@ -27,7 +27,7 @@ def intervals_figure(study: InputStudy) -> Figure:
         axes = figure.subplots(1, len(CONSTANTS), sharey=True)
         places = np.arange(len(rows))[::-1]
         for axis, name in zip(axes, CONSTANTS, strict=True):
-            ends = np.array([row.arm.intervals[name] for row in rows])
+            ends = np.array([(row.arm[name].lower, row.arm[name].upper) for row in rows])
             if name == "Ws":
                 axis.set_xscale("log")
                 axis.set_xlabel("Ws [Nm]")
@@ -36,7 +36,7 @@ def intervals_figure(study: InputStudy) -> Figure:
                 ends = 100 * (ends / ARM[name] - 1)
                 axis.set_xlabel(f"{TITLES[name]}: off by [%]")
                 axis.axvline(0, color=INK, linewidth=0.6)
-            colours = [BLUE if row.arm.determined(name) else ORANGE for row in rows]
+            colours = [BLUE if is_told(row.arm[name]) else ORANGE for row in rows]
             axis.hlines(places, ends[:, 0], ends[:, 1], colors=colours, linewidth=4)
         axes[0].set_yticks(places, [row.name for row in rows])
     return figure

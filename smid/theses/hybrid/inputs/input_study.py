@@ -17,12 +17,12 @@ from smid.design.fisher import FisherInformation
 from smid.design.shrinking import shrinking_input
 from smid.display.result import Tabular, plain
 from smid.display.table import Table
+from smid.identification.estimate import ParameterInterval
 from smid.models import ModelError
 from smid.signals import TABLE_F1, plot_spread
 from smid.theses.chapter import Chapter, Drawing, Topic
 from smid.theses.hybrid.arm.exact_motion import ARM, exact_motion
-from smid.theses.hybrid.certified import CertifiedArm, certify_arm
-from smid.theses.hybrid.certified.box import CONSTANTS
+from smid.theses.hybrid.arm.proven import CONSTANTS, is_told, prove_arm
 from smid.theses.hybrid.inputs.arm_experiments import arm_information, arm_tailored, arm_widths
 
 if TYPE_CHECKING:
@@ -63,6 +63,8 @@ class InputRow:
         fewer than two orders per sine are found in floating point.
     information
         For noise as large as that of the record.
+    arm
+        The interval of each constant.
     """
 
     name: str
@@ -70,7 +72,12 @@ class InputRow:
     angle: Array
     order: int
     information: FisherInformation
-    arm: CertifiedArm
+    arm: Mapping[str, ParameterInterval]
+
+    @property
+    def holds(self) -> bool:
+        """Return whether the arm that made the data lies inside all intervals."""
+        return all(own.lower <= ARM[name] <= own.upper for name, own in self.arm.items())
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -117,22 +124,22 @@ class InputStudy(Chapter, Tabular):
         )
 
     def _cells(self, row: InputRow) -> tuple[str, ...]:
-        low, high = row.arm.intervals["Ws"]
+        sticking = row.arm["Ws"]
         return (
             row.name,
             f"{np.abs(row.input).max():.2f}",
             f">= {row.order}" if row.order == MOST_ORDER else f"{row.order}",
-            *(f"{100 * row.arm.relative_width(k):.3g}%" for k in CONSTANTS),
-            f"{low:.3g} to {high:.3g}",
+            *(f"{row.arm[k].width_percent:.3g}%" for k in CONSTANTS),
+            f"{sticking.lower:.3g} to {sticking.upper:.3g}",
             *(f"{100 * share:.2g}%" for share in row.information.relative_deviations),
         )
 
     @property
     def conclusion(self) -> str:
         """Return in a few sentences which constants the inputs determine."""
-        open_ = [row.name for row in self.rows if not row.arm.determined("Ws")]
-        determined = [row.name for row in self.rows if row.arm.determined("Ws")]
-        inside = sum(row.arm.holds(ARM) for row in self.rows)
+        open_ = [row.name for row in self.rows if not is_told(row.arm["Ws"])]
+        determined = [row.name for row in self.rows if is_told(row.arm["Ws"])]
+        inside = sum(row.holds for row in self.rows)
         return (
             f"The arm that made the data lies inside all four intervals for {inside} of {len(self.rows)} inputs. "
             f"Ws is proven within a factor of two under {', '.join(determined) or 'none'}, and not under "
@@ -172,8 +179,8 @@ class InputStudy(Chapter, Tabular):
         """Return a row for each input and constant."""
         for row in self.rows:
             deviations = dict(zip(CONSTANTS, row.information.relative_deviations.tolist(), strict=True))
-            for constant in row.arm._rows():
-                yield {"input": row.name, **constant, "relative_deviation": deviations[constant["constant"]]}
+            for name, told in _intervals(row).items():
+                yield {"input": row.name, "constant": name, **told, "relative_deviation": deviations[name]}
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
@@ -185,8 +192,8 @@ class InputStudy(Chapter, Tabular):
                     "name": row.name,
                     "order": row.order,
                     "deviations": dict(zip(CONSTANTS, plain(row.information.relative_deviations), strict=True)),
-                    "arm": row.arm.to_dict(),
-                    "holds": row.arm.holds(ARM),
+                    "intervals": _intervals(row),
+                    "holds": row.holds,
                 }
                 for row in self.rows
             ],
@@ -283,6 +290,14 @@ def _row(name: str, u: Array, noise_bound: float, seed: int) -> InputRow:
     angle = exact_motion(u, SAMPLING_TIME)[:, 0] + noise
     data = Dataset.from_arrays(input=u, output=angle, sampling_time=SAMPLING_TIME)
     information = arm_information(u, SAMPLING_TIME, noise_bound / np.sqrt(3))
-    return InputRow(
-        name, u, angle, excitation(u, max_order=MOST_ORDER).order, information, certify_arm(data, noise_bound)
-    )
+    found = prove_arm(data, noise_bound)
+    order = excitation(u, max_order=MOST_ORDER).order
+    return InputRow(name, u, angle, order, information, {constant: found[constant] for constant in CONSTANTS})
+
+
+def _intervals(row: InputRow) -> dict[str, dict[str, Any]]:
+    """Return the intervals as plain data."""
+    return {
+        name: {"lower": own.lower, "upper": own.upper, "unit": own.unit, "told": is_told(own)}
+        for name, own in row.arm.items()
+    }

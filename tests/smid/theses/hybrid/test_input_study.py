@@ -6,7 +6,6 @@ import pytest
 
 from smid.models import ModelError
 from smid.signals import TABLE_F1
-from smid.theses.hybrid.arm.exact_motion import ARM
 from smid.theses.hybrid.inputs import arm_inputs, input_study
 
 
@@ -19,11 +18,11 @@ def study():
 
 def test_the_study_names_what_is_told(study):
     assert list(arm_inputs(100)) == [*TABLE_F1, "tailored"]
-    assert all(row.arm.holds(ARM) for row in study.rows)
+    assert all(row.holds for row in study.rows)
     assert "inside all four intervals for 2 of 2 inputs" in study.conclusion
     assert "six_unequal" in str(study)
     document = json.loads(json.dumps(study.to_dict()))
-    assert document["inputs"][0]["arm"]["intervals"]["Ws"]["told"] is False
+    assert document["inputs"][0]["intervals"]["Ws"]["told"] is False
     assert document["inputs"][0]["holds"]
 
 
