@@ -183,9 +183,7 @@ def main() -> None:
     """Print the tables."""
     record = held_record(TABLE_F1[INPUT])
     noisy = held_record(TABLE_F1[INPUT], noise_bound=NOISE, seed=1)
-    found = prove_arm(
-        Dataset.from_arrays(input=noisy.values("u"), output=noisy.values("y"), sampling_time=0.02), NOISE
-    )
+    found = prove_arm(Dataset.from_arrays(input=noisy.values("u"), output=noisy.values("y"), sampling_time=0.02), NOISE)
     proven = {name: found[name].centre for name in TABLE_F2_START}
     sticks = np.mean(np.abs(record.values("speed")) < ARM["eps"])
     print(f"The arm sticks during {100 * sticks:.0f} % of the record.\n", flush=True)

@@ -20,15 +20,14 @@
 from functools import partial
 
 import numpy as np
-from matplotlib import pyplot as plt
 
 from smid import Dataset, identify
 from smid.design import d_optimal, model_information, shrinking_input
 from smid.models import Reactor
 from smid.signals import prbs, qprts, sine
 from smid.theses.hybrid import simulate_reactor
-from smid.theses.hybrid.arm.exact_motion import ARM, exact_motion
 from smid.theses.hybrid.arm import prove_arm
+from smid.theses.hybrid.arm.exact_motion import ARM, exact_motion
 from smid.theses.hybrid.inputs import arm_information, arm_inputs, arm_sines, arm_tailored, arm_widths, input_study
 from smid.theses.hybrid.inputs.input_study import NARROW, TAILORED
 

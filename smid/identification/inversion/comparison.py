@@ -11,8 +11,8 @@ at a sample if the solution from V, forwards or backwards in time,
 If V is impossible, so is any larger value, and the bound is found by bisection. No run over the box is needed: each
 sample is a start. Everything is computed for the upper bounds; the lower ones are those of the mirrored record.
 
-A rate that reads no other state has one sign during an interval, where the input is held. So such a state does not leave
-its values at both ends (as in :mod:`.both_ends`).
+A rate that reads no other state has one sign during an interval, where the input is held. So such a state does not
+leave the values at both ends (as in :mod:`.both_ends`).
 
 Reference: W. Walter, "Differential and integral inequalities", Springer (1970), section 9.
 """
@@ -77,9 +77,9 @@ def _flow(edges: Array, rates: Array, begin: float, length: float) -> tuple[floa
         Of c cells, shape (c + 1,) and (c,). The state is never outside, so a solution stops at the last edges.
     """
     count = rates.shape[0]
-    w, left, total, size = max(begin, edges[0]), length, 0.0, 0.0
+    w, left, total, size = float(max(begin, edges[0])), length, 0.0, 0.0
     if w >= edges[count]:
-        w, cell = edges[count], count
+        w, cell = float(edges[count]), count
     else:
         cell = int(np.searchsorted(edges, w, side="right")) - 1
     fastest = 0.0
@@ -91,13 +91,13 @@ def _flow(edges: Array, rates: Array, begin: float, length: float) -> tuple[floa
             total += w * left
             size += abs(w) * left
             break
-        rate = rates[cell]
+        rate = float(rates[cell])
         if rate == -math.inf:
-            w = edges[cell]
+            w = float(edges[cell])
             if w == -math.inf:
                 return -math.inf, -math.inf
             continue
-        target = edges[cell] if rate < 0.0 else edges[cell + 1]
+        target = float(edges[cell] if rate < 0.0 else edges[cell + 1])
         # It arrives early where it falls, and late where it rises.
         taken = math.inf if rate == 0.0 else (target - w) / rate
         taken *= 1.0 - 4.0 * EPSILON if rate < 0.0 else 1.0 + 4.0 * EPSILON
@@ -271,6 +271,7 @@ class Comparison:
 
     def __init__(self, terms: Terms, data: Array, h: float) -> None:
         self._terms, self._data, self._h = terms, data, h
+        self._jumps: dict[int, Array] = {}
 
     def __call__(self, box: Array, coefficients: Intervals, states: States) -> States:
         """Return narrower bounds of the states; empty ones where no parameters in the box explain these.
@@ -301,7 +302,8 @@ class Comparison:
         if self._terms.alone[i]:
             during.lower[i] = np.maximum(during.lower[i], np.minimum(low[:-1], low[1:]))
             during.upper[i] = np.minimum(during.upper[i], np.maximum(high[:-1], high[1:]))
-        kinks = self._kinks(i, box, scale)
+        # Found once: they only place the cells.
+        kinks = self._jumps[i] if i in self._jumps else self._jumps.setdefault(i, self._kinks(i, box, scale))
         starts, edges = np.zeros(n, dtype=np.int64), np.empty((n - 1) * (2 * _OCTAVES + len(kinks) + _PARTS + 2))
         _cut(during.lower[i], during.upper[i], kinks, scale, starts, edges)
         edges = edges[: starts[-1] + n - 1]
@@ -312,15 +314,19 @@ class Comparison:
         cells[:, i, 0], cells[:, i, 1] = edges[place], edges[place + 1]
         rates = self._rates(i, box, coefficients, cells, interval + 1)
         forwards = starts, edges, rates.lower, rates.upper
-        mirrored = (_mirrored(starts, own, further) for own, further in ((edges, 1), (rates.upper, 0), (rates.lower, 0)))
-        backwards = starts, *mirrored
+        backwards = (
+            starts,
+            _mirrored(starts, edges, 1),
+            _mirrored(starts, rates.upper, 0),
+            _mirrored(starts, rates.lower, 0),
+        )
         integral = self._terms.integral[i]
         free = np.full(n, np.inf)
-        ends = (at.lower[integral], at.upper[integral]) if integral >= 0 else (-free, free)
+        least, most = (at.lower[integral], at.upper[integral]) if integral >= 0 else (-free, free)
         # Upper ends, and the lower ones of the mirrored record.
-        _lowered(forwards, low, high, *ends, self._h, scale, kinks)
+        _lowered(forwards, low, high, least, most, self._h, scale, kinks)
         mirrored_low, mirrored_high = -high, -low
-        _lowered(backwards, mirrored_low, mirrored_high, -ends[1], -ends[0], self._h, scale, -kinks[::-1])
+        _lowered(backwards, mirrored_low, mirrored_high, -most, -least, self._h, scale, -kinks[::-1])
         _raised(backwards, mirrored_low, self._h)
         low[:], high[:] = -mirrored_high, -mirrored_low
         _raised(forwards, low, self._h)
@@ -366,17 +372,10 @@ class Comparison:
 
 def _integrated(at: Intervals, during: Intervals, i: int, k: int, h: float) -> None:
     """Bound a state in the intervals by its rate, another state."""
-    moved = during[i] * h
-    first, last = at[k, :-1], at[k, 1:]
-    during.lower[k] = np.maximum(
-        during.lower[k],
-        np.maximum(
-            (first + Intervals.of(np.minimum(moved.lower, 0.0))).lower, (last - Intervals.of(np.maximum(moved.upper, 0.0))).lower
-        ),
+    moved, first, last = during[i] * h, at[k, :-1], at[k, 1:]
+    falls, rises = Intervals.of(np.minimum(moved.lower, 0.0)), Intervals.of(np.maximum(moved.upper, 0.0))
+    lower, upper = (
+        np.maximum((first + falls).lower, (last - rises).lower),
+        np.minimum((first + rises).upper, (last - falls).upper),
     )
-    during.upper[k] = np.minimum(
-        during.upper[k],
-        np.minimum(
-            (first + Intervals.of(np.maximum(moved.upper, 0.0))).upper, (last - Intervals.of(np.minimum(moved.lower, 0.0))).upper
-        ),
-    )
+    during.lower[k], during.upper[k] = np.maximum(during.lower[k], lower), np.minimum(during.upper[k], upper)

@@ -84,8 +84,8 @@ class Integrals:
 
     def __init__(self, terms: Terms, parameters: int, data: Array, h: float) -> None:
         self._terms, self._data, self._h = terms, data, h
-        self._n, self._states = data.shape[1], len(terms.states)
-        self._begin = parameters + len(terms.coefficients)
+        self._n, self._states = int(data.shape[1]), len(terms.states)
+        self._begin: int = parameters + len(terms.coefficients)
 
     def rows(self, box: Array, coefficients: Intervals, states: States) -> tuple[Rows, Array, Array] | None:
         """Return the rows, and the ends of all unknowns; None where no run has such states."""
@@ -112,7 +112,7 @@ class Integrals:
                 rows.equal(self._change(k) - self._mean(i, by_rate=False) * h)
             if own:
                 integrals = [
-                    self._integrated(term, functions, jumps, around, means, middle, rates, states, rows) for term in own
+                    self._integrated(term, functions, jumps, around, means, middle, rates, states) for term in own
                 ]
                 doubtful = [term for term in integrals if len(term.slopes.data) and unsure[term.coefficient]]
                 windows = _windows(n - 1, [(k, k + 1) for k in range(n - 1)])
@@ -137,7 +137,7 @@ class Integrals:
         """Return the means of a state over the intervals."""
         k, n = self._terms.integral[i], self._n
         if k >= 0 and by_rate:
-            return self._change(k) / self._h
+            return sparse.csr_array(self._change(k) / self._h)
         moment = self._begin + self._states * n + i * (n - 1)
         return _matrix([(self._at(i, 0), 0.5), (self._at(i, 1), 0.5), (moment, -1.0)], n - 1, self._count)
 
@@ -155,7 +155,7 @@ class Integrals:
             found.append(total if own else during[self._terms.integral.index(i)])
         return _stacked(found)
 
-    def _moments(self, coefficients: Intervals, functions: Intervals, jumps: Array, rates: Intervals) -> Intervals:
+    def _moments(self, coefficients: Intervals, functions: Intervals, jumps: Mask, rates: Intervals) -> Intervals:
         """Return the ranges of the moments: by the range of the rate, and by that of its derivative."""
         h, found = self._h, []
         for i, own in enumerate(self._terms.rates):
@@ -187,13 +187,12 @@ class Integrals:
         self,
         term: Term,
         functions: Intervals,
-        jumps: Array,
+        jumps: Mask,
         around: Intervals,
         means: Intervals,
         middle: Array,
         rates: Intervals,
         states: States,
-        rows: _Rows,
     ) -> _Term:
         h, n = self._h, self._n
         whole = functions[:, term.function] * h
@@ -206,7 +205,9 @@ class Integrals:
             smooth &= ~jumps[:, place] & np.isfinite(means[i].width)
             deviation = means[i] - middle[i]
             squares[i] = deviation.square() * h
-            squares[i] = Intervals(np.zeros(n - 1), squares[i].upper) + rates[i].square() * (h * h * h) / 12.0 * _ROUNDED
+            squares[i] = (
+                Intervals(np.zeros(n - 1), squares[i].upper) + rates[i].square() * (h * h * h) / 12.0 * _ROUNDED
+            )
             # The slope at the middle, as a number; what it is in doubt multiplies all of the deviation.
             slope = around[:, place]
             numbers[:, i] = number = np.nan_to_num(0.5 * slope.lower + 0.5 * slope.upper)
@@ -292,9 +293,7 @@ class _Rows:
         zero = np.zeros(slopes.shape[0])
         self._add(slopes, zero, zero)
 
-    def within(
-        self, slopes: sparse.csr_array, bounds: list[tuple[int, Intervals]], least: Array, most: Array
-    ) -> None:
+    def within(self, slopes: sparse.csr_array, bounds: list[tuple[int, Intervals]], least: Array, most: Array) -> None:
         """Add ``least <= slopes @ unknowns - (sum of unknowns times numbers within bounds) <= most``."""
         count = slopes.shape[0]
         # Of an unknown with one sign an end of the bounds is taken, of others the middle.
@@ -345,7 +344,9 @@ class _Rows:
     def done(self) -> Rows:
         """Return all rows."""
         slopes = sparse.csr_array(sparse.vstack([part.slopes for part in self._parts]))
-        centre, radius = (np.concatenate([getattr(part, name) for part in self._parts]) for name in ("centre", "radius"))
+        centre, radius = (
+            np.concatenate([getattr(part, name) for part in self._parts]) for name in ("centre", "radius")
+        )
         return _rows(slopes, centre, radius)
 
 
@@ -353,9 +354,7 @@ def _rows(slopes: sparse.csr_array, centre: Array, radius: Array) -> Rows:
     return Rows(centre, radius, slopes, np.zeros((len(centre), 4), dtype=np.int64), -1)
 
 
-def _matrix(
-    entries: list[tuple[int, float]], count: int, width: int, values: Array | None = None
-) -> sparse.csr_array:
+def _matrix(entries: list[tuple[int, float]], count: int, width: int, values: Array | None = None) -> sparse.csr_array:
     """Return a matrix whose row k has some entries, in columns that move with k; with values, in one column."""
     own, rows = np.arange(count), []
     if values is not None:

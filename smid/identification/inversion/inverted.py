@@ -97,11 +97,14 @@ class Inverted:
 
     def _narrow(self) -> None:
         """Narrow the box without a free run, as far as that goes."""
-        for known in self._narrowing.steps() if self._narrowing else ():
+        narrowing = self._narrowing
+        if narrowing is None:
+            return
+        for known in narrowing.steps():
             if known.empty:
                 self.cover.clear()
                 return
-            self.record = self.record.within(*self._narrowing.ends(known))
+            self.record = self.record.within(*narrowing.ends(known))
             self.cover = Cover(self.record, self.settings.tolerance)
 
     def _start(self) -> None:

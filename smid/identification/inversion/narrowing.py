@@ -63,6 +63,11 @@ class Narrowed:
         return boxes or self.products.empty or any(states.empty for states in self.states)
 
     @property
+    def none(self) -> Narrowed:
+        """The same, proven to be empty."""
+        return replace(self, products=Intervals(self.products.lower, np.full_like(self.products.lower, -np.inf)))
+
+    @property
     def width(self) -> Array:
         """The widths of the parameters and the products."""
         return np.concatenate([self.box[:, 1] - self.box[:, 0], self.products.width])
@@ -105,18 +110,20 @@ class Narrowing:
         known = [name in shown for name in terms.states]
         hidden = [not own for own in known]
         chained = [k >= 0 and known[k] for k in terms.integral]
-        fits = any(hidden) and all(own or other for own, other in zip(known, chained, strict=True))
+        shortest = min(run.n_samples for run in record.data.experiments)
+        fits = any(hidden) and all(own or other for own, other in zip(known, chained, strict=True)) and shortest > 2
         return Narrowing(record, terms, bounds) if fits else None
 
     def steps(self) -> Iterator[Narrowed]:
         """Yield what is proven, ever more; the last may be empty."""
-        known, shaved = self._start(), None
-        while known is not shaved:
-            for known in self._rounds(known):
+        known, before = self._start(), None
+        while known is not before:
+            for step in self._rounds(known):
+                known = step
                 yield known
             if known.empty:
                 return
-            shaved, known = known, self._shaved(known)
+            before, known = known, self._shaved(known)
             yield known
         yield self._bounded(known, range(len(self._names)))
 
@@ -198,25 +205,25 @@ class Narrowing:
     def _bounded(self, known: Narrowed, targets: Sequence[int]) -> Narrowed:
         """Return what linear programs prove of some parameters or products."""
         count, own = len(known.box), len(known.products.lower)
-        found = [
-            integrals.rows(known.box, known.products, states)
-            for integrals, states in zip(self._integrals, known.states, strict=True)
-        ]
-        if any(part is None for part in found):
-            return replace(known, box=known.box[:, ::-1])
+        found = list[tuple[Rows, Array, Array]]()
+        for integrals, states in zip(self._integrals, known.states, strict=True):
+            part = integrals.rows(known.box, known.products, states)
+            if part is None:
+                return known.none
+            found.append(part)
         shared = count + own
         lower = np.concatenate([found[0][1][:shared], *(low[shared:] for _, low, _ in found)])
         upper = np.concatenate([found[0][2][:shared], *(high[shared:] for _, _, high in found)])
         rows, begin = [], shared
-        for part, low, _ in found:
+        for own_rows, low, _ in found:
             columns = np.concatenate([np.arange(shared), begin + np.arange(len(low) - shared)])
-            rows.append(_moved(part, columns, len(lower)))
+            rows.append(_moved(own_rows, columns, len(lower)))
             begin += len(low) - shared
         rows += [self._linked(known, len(lower)), self._constrained(known, len(lower))]
         free = tuple(k for k in targets if lower[k] < upper[k])
         result = contracted(_joined(rows), lower, upper, [Group(free, None)])
         if result.empty:
-            return replace(known, box=known.box[:, ::-1])
+            return known.none
         box = np.column_stack([result.lower[:count], result.upper[:count]])
         products = Intervals(result.lower[count:shared], result.upper[count:shared])
         box = self._divided(box, products)
@@ -226,7 +233,7 @@ class Narrowing:
         """Return the rows between products and parameters."""
         forms, count = self._terms.values.affine(known.box), len(known.box)
         middle, half = middle_and_half(known.products.lower, known.products.upper)
-        slopes = sparse.hstack([-forms[:, SLOPES:], sparse.diags_array(half)])
+        slopes = np.column_stack([-forms[:, SLOPES:], np.diag(half)])
         centre = middle - forms[:, CENTRE]
         radius = forms[:, RADIUS] + 4 * EPSILON * (np.abs(middle) + np.abs(forms[:, CENTRE])) + TINY
         return _moved(_rows(slopes, centre, radius), np.arange(count + len(half)), width)
@@ -269,7 +276,7 @@ def _cut(ends: Array, side: int, share: float) -> float | None:
     return cut if low < cut < high else None
 
 
-def _rows(slopes: sparse.sparray | Array, centre: Array, radius: Array) -> Rows:
+def _rows(slopes: Array, centre: Array, radius: Array) -> Rows:
     sources = np.zeros((len(centre), 4), dtype=np.int64)
     return Rows(centre, radius * (1 + 8 * EPSILON), sparse.csr_array(slopes), sources, -1)
 

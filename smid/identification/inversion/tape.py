@@ -142,6 +142,7 @@ class Writer:
     def put(
         self, operation: Operation, *places: int, number: float = 0.0, error: float = 0.0, when: int = _EACH
     ) -> int:
+        """Return the form that an operation writes."""
         padded = (int(operation), *places, *[0] * (3 - len(places)))
         key = (padded, number, error)
         if key not in self.known:
@@ -154,9 +155,11 @@ class Writer:
         return self.put(operation, *forms, number=number, when=max(self.entries[k][0] for k in forms))
 
     def apply(self, function: Function, a: int, exponent: float = 0.0) -> int:
+        """Return the form of a function of another."""
         return self.put(Operation.APPLY, a, int(function), number=exponent, when=self.entries[a][0])
 
     def number(self, value: sympy.Expr) -> int:
+        """Return the form of a number; ModelError where it is not finite."""
         nearest = float(value)
         if not np.isfinite(nearest):
             raise ModelError(f"a line of the model holds {value}: give a finite number")
@@ -165,7 +168,7 @@ class Writer:
         return self.put(Operation.NUMBER, number=nearest, error=error, when=_ONCE)
 
     def ordered(self) -> tuple[tuple[Index, Index, Index], Array, dict[int, int]]:
-        """Return the operations once, each and inner, in the order in which they are made, their numbers, and places."""
+        """Return the operations once, each and inner, as they are made, their numbers, and the place of each form."""
         order = sorted(range(len(self.entries)), key=lambda k: self.entries[k][0])
         place = {old: new for new, old in enumerate(order)}
         made = [(self.entries[k][0], _placed(self.entries[k][1], place)) for k in order]

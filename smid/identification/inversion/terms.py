@@ -59,7 +59,11 @@ class Program:
         forms = [writer.write(function) for function in functions]
         (once, each, inner), numbers, place = writer.ordered()
         return Program(
-            tuple(writer.channels), once, np.concatenate([each, inner]), numbers, np.array([place[k] for k in forms], dtype=np.int64)
+            tuple(writer.channels),
+            once,
+            np.concatenate([each, inner]),
+            numbers,
+            np.array([place[k] for k in forms], dtype=np.int64),
         )
 
     def until(self, count: int) -> int:
@@ -195,9 +199,7 @@ class Terms:
             return None
         stages = rates.stages
         is_state = [stages.index(rate) if rate in stages else -1 for rate in rates.rates]
-        parts = [
-            [] if k >= 0 else list(_products(rate)) for k, rate in zip(is_state, rates.rates, strict=True)
-        ]
+        parts = [[] if k >= 0 else list(_products(rate)) for k, rate in zip(is_state, rates.rates, strict=True)]
         coefficients = list(dict.fromkeys(coefficient for own in parts for coefficient, _ in own))
         written = list(dict.fromkeys(function for own in parts for _, function in own))
         count = len(written)

@@ -2,7 +2,8 @@
 
     16 Nm N(v) ~ Wd sign(v) + b v |v|      over the speeds that the white arm reaches, and the opposite speeds
 
-The constants are estimates, or the centres of the intervals that `prove_arm` proves without a start value. The network is not fitted to sticking: within eps of rest the free run determines it.
+The constants are estimates, or the centres of the intervals that `prove_arm` proves without a start value. The network
+is not fitted to sticking: within eps of rest the free run determines it.
 
 Reference: hybrid thesis, section 7.4 and appendix F.1.
 """

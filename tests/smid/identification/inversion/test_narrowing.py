@@ -121,8 +121,8 @@ def test_the_true_arm_keeps_every_bound_and_every_row(seed, theta, b, wd, extra,
         known = next(narrowing.steps())
         at, during = known.states[0].at, known.states[0].during
         assert not known.empty
-        assert np.all((at.lower <= motion.T) & (motion.T <= at.upper))
-        assert np.all((during.lower <= motion[1:].T) & (motion[:-1].T <= during.upper))
+        assert np.all((at.lower <= motion.T) & (at.upper >= motion.T))
+        assert np.all((during.lower <= motion[1:].T) & (during.upper >= motion[:-1].T))
         # The rows, at the true unknowns: their products, and of each interval the moment of the speed.
         start = narrowing._start()
         box, products = start.box, start.products
@@ -155,7 +155,7 @@ def test_the_constants_of_the_arm_are_proven_from_its_angle():
     ends = dict(zip([p.name for p in narrowing._record.model.parameters], found.box.tolist(), strict=True))
     assert all(low <= ARM[name] <= high for name, (low, high) in ends.items())
     at = found.states[0].at
-    assert np.all((at.lower <= motion.T) & (motion.T <= at.upper))
+    assert np.all((at.lower <= motion.T) & (at.upper >= motion.T))
     assert ends["theta"][1] < 1.02 * ends["theta"][0]
     assert ends["Wd"][1] < 1.05 * ends["Wd"][0]
     assert ends["Ws"][1] < 1.3 * ends["Ws"][0]
