@@ -123,8 +123,10 @@ class Narrowing:
                 yield known
             if known.empty:
                 return
-            before, known = known, self._shaved(known)
-            yield known
+            before = known
+            for step in self._shaved(known):
+                known = step
+                yield known
         yield self._bounded(known, range(len(self._names)))
 
     def ends(self, known: Narrowed) -> tuple[Array, Array]:
@@ -180,9 +182,8 @@ class Narrowing:
             if known.empty or np.all(known.width >= (1 - _WORTH) * before):
                 return
 
-    def _shaved(self, known: Narrowed) -> Narrowed:
-        """Cut off slices that are proven empty."""
-        found = known
+    def _shaved(self, found: Narrowed) -> Iterator[Narrowed]:
+        """Cut off slices that are proven empty, one after the other."""
         for k in range(len(self._names)):
             for side in (0, 1):
                 for share in _SLICES:
@@ -193,7 +194,7 @@ class Narrowing:
                         if not any(known.empty for known in tried):
                             break
                         found = self._within(found, rest)
-        return found
+                        yield found
 
     def _within(self, known: Narrowed, box: Array) -> Narrowed:
         return replace(known, box=box, products=self._products(box, known.products))
