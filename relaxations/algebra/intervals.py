@@ -1,7 +1,7 @@
 """Interval arithmetic on arrays of floats: every operation rounds outwards.
 
-`relaxations.algebra.ball_arithmetic` is for numbers with a small error. Wide intervals, intervals with an end at zero
-and intervals with an infinite end need both ends, as here.
+An end beyond the largest float is infinite. `relaxations.algebra.ball_arithmetic` is for numbers with a small error.
+Wide intervals, intervals with an end at zero and intervals with an infinite end need both ends, as here.
 """
 
 from __future__ import annotations
@@ -51,14 +51,15 @@ class Intervals:
 
     def __add__(self, other: Intervals | ArrayLike) -> Intervals:
         b = _intervals(other)
-        return Intervals(_down(self.lower + b.lower), _up(self.upper + b.upper))
+        with np.errstate(over="ignore"):
+            return Intervals(_down(self.lower + b.lower), _up(self.upper + b.upper))
 
     def __sub__(self, other: Intervals | ArrayLike) -> Intervals:
         return self + (-_intervals(other))
 
     def __mul__(self, other: Intervals | ArrayLike) -> Intervals:
         b = _intervals(other)
-        with np.errstate(invalid="ignore"):
+        with np.errstate(invalid="ignore", over="ignore"):
             products = [x * y for x in (self.lower, self.upper) for y in (b.lower, b.upper)]
         # Zero times an infinite end is zero.
         ends = [np.where(np.isnan(p), 0.0, p) for p in products]
@@ -72,7 +73,8 @@ class Intervals:
         """Return the squares."""
         largest = np.maximum(np.abs(self.lower), np.abs(self.upper))
         least = np.where((self.lower <= 0) & (self.upper >= 0), 0.0, np.minimum(np.abs(self.lower), np.abs(self.upper)))
-        return Intervals(np.maximum(_down(least * least), 0.0), _up(largest * largest))
+        with np.errstate(over="ignore"):
+            return Intervals(np.maximum(_down(least * least), 0.0), _up(largest * largest))
 
     def meet(self, other: Intervals) -> Intervals:
         """Return the intersection; empty where the ends cross."""

@@ -106,6 +106,8 @@ class Inverted:
                 return
             self.record = self.record.within(*narrowing.ends(known))
             self.cover = Cover(self.record, self.settings.tolerance)
+        if self.record.loose and all(self.record.says_nothing(*ends) for ends in _points(self.record)):
+            raise ModelError(_why_unknown(self.record))
 
     def _start(self) -> None:
         """Look for points that fit, by a local search."""

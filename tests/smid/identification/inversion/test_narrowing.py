@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from smid import Dataset, EmptyFeasibleSetError, OwnModel, identify
+from smid import Dataset, EmptyFeasibleSetError, ModelError, OwnModel, identify
 from smid.fitting.binding import bind
 from smid.identification.inversion.frame import middle_and_half
 from smid.identification.inversion.narrowing import Narrowing
@@ -205,6 +205,20 @@ def test_a_hidden_speed_needs_no_bounds_where_its_integral_is_measured():
     found = identify(pendulum((0.1, 100), (0, 50)), data, 0.002, tolerance=0.5, nodes=1)
     assert found["gravity"].lower <= 9.0 <= found["gravity"].upper < 12
     assert found["damping"].lower <= 0.4 <= found["damping"].upper < 2
+
+
+def test_a_speed_that_stays_unknown_is_named():
+    # Nothing is known of the position between two samples, nor of the rate of the speed: it may be anything.
+    model = OwnModel(
+        ["d/dt x[t] = v[t]", "d/dt v[t] = u[t] + mu*(1 - x[t]**2)*v[t] - x[t]"],
+        {"y": "x"},
+        ["u"],
+        {"mu": (0, 5)},
+        scheme="enclosed",
+    )
+    data = Dataset.from_arrays(input=np.arange(20.0), output=np.ones(20), sampling_time=H)
+    with pytest.raises(ModelError, match=r"give it bounds, as in model.bound\(v="):
+        identify(model, data, 0.01)
 
 
 def test_only_models_whose_states_are_shown_are_narrowed():
