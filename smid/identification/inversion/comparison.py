@@ -290,8 +290,8 @@ class Comparison:
                     self._bounded(i, box, coefficients, at, during)
                 if at.empty:
                     return States(at, during)
-            for i, k in enumerate(self._terms.integral):
-                if k >= 0:
+            for k, i in enumerate(self._terms.rate):
+                if i >= 0:
                     _integrated(at, during, i, k, self._h)
         return States(at, during)
 

@@ -107,9 +107,8 @@ class Integrals:
         rows = _Rows(lower, upper)
         unsure = coefficients.upper - coefficients.lower > 2 * _DOUBT * coefficients.magnitude
         for i, own in enumerate(terms.rates):
-            k = terms.integral[i]
-            if k >= 0:
-                rows.equal(self._change(k) - self._mean(i, by_rate=False) * h)
+            if terms.rate[i] >= 0:
+                rows.equal(self._change(i) - self._mean(terms.rate[i], by_rate=False) * h)
             if own:
                 integrals = [
                     self._integrated(term, functions, jumps, around, means, middle, rates, states) for term in own
@@ -131,7 +130,7 @@ class Integrals:
     def _change(self, i: int) -> sparse.csr_array:
         """Return the differences of a state, shape (n - 1, unknowns)."""
         n = self._n
-        return _matrix([(self._at(i, 1), 1.0), (self._at(i, 0), -1.0)], n - 1, self._count)
+        return _bands([(self._at(i, 1), 1.0), (self._at(i, 0), -1.0)], n - 1, self._count)
 
     def _mean(self, i: int, by_rate: bool = True) -> sparse.csr_array:
         """Return the means of a state over the intervals."""
@@ -139,7 +138,7 @@ class Integrals:
         if k >= 0 and by_rate:
             return sparse.csr_array(self._change(k) / self._h)
         moment = self._begin + self._states * n + i * (n - 1)
-        return _matrix([(self._at(i, 0), 0.5), (self._at(i, 1), 0.5), (moment, -1.0)], n - 1, self._count)
+        return _bands([(self._at(i, 0), 0.5), (self._at(i, 1), 0.5), (moment, -1.0)], n - 1, self._count)
 
     @property
     def _count(self) -> int:
@@ -152,7 +151,7 @@ class Integrals:
             total = Intervals.of(np.zeros(self._n - 1))
             for term in own:
                 total = total + functions[:, term.function] * coefficients[term.coefficient]
-            found.append(total if own else during[self._terms.integral.index(i)])
+            found.append(total if own else during[self._terms.rate[i]])
         return _stacked(found)
 
     def _moments(self, coefficients: Intervals, functions: Intervals, jumps: Mask, rates: Intervals) -> Intervals:
@@ -168,7 +167,7 @@ class Integrals:
                     for j, place in term.slopes:
                         bend = bend + functions[:, place] * rates[j] * coefficients[term.coefficient]
             else:
-                bend, smooth = rates[self._terms.integral.index(i)], np.ones(self._n - 1, dtype=bool)
+                bend, smooth = rates[self._terms.rate[i]], np.ones(self._n - 1, dtype=bool)
             both = range_.meet(bend * (h * h) / 12.0 * _ROUNDED)
             found.append(both.where(smooth, range_))
         return _stacked(found)
@@ -311,15 +310,11 @@ class _Rows:
                     free = free + 0.5 * (up - down) * self._size[k] * (1 + 8 * EPSILON)
                 free = np.where(np.isfinite(factor), free, side * np.inf)
                 factor = np.where(np.isfinite(factor), factor, 0.0)
-                own.append(_matrix([(k, 0.0)], count, slopes.shape[1], -factor))
+                own.append(_column(k, -factor, slopes.shape[1]))
             total = sparse.csr_array(sum(own[1:], start=own[0]))
             free = np.nan_to_num(free, nan=side * np.inf)
             infinite = np.full(count, np.inf)
             self._add(total, *((-infinite, free) if side > 0 else (free, infinite)))
-
-    def forms(self, slopes: Array, centre: Array, radius: Array) -> None:
-        """Add rows ``|centre + slopes @ symbols| <= radius``."""
-        self._parts.append(_rows(sparse.csr_array(slopes), centre, radius))
 
     def _rounding(self, slopes: sparse.csr_array) -> Array:
         return (np.diff(slopes.indptr) + 16) * 4 * EPSILON
@@ -354,13 +349,17 @@ def _rows(slopes: sparse.csr_array, centre: Array, radius: Array) -> Rows:
     return Rows(centre, radius, slopes, np.zeros((len(centre), 4), dtype=np.int64), -1)
 
 
-def _matrix(entries: list[tuple[int, float]], count: int, width: int, values: Array | None = None) -> sparse.csr_array:
-    """Return a matrix whose row k has some entries, in columns that move with k; with values, in one column."""
-    own, rows = np.arange(count), []
-    if values is not None:
-        return sparse.csr_array((values, (own, np.full(count, entries[0][0]))), (count, width))
-    rows = [sparse.csr_array((np.full(count, value), (own, own + first)), (count, width)) for first, value in entries]
-    return sparse.csr_array(sum(rows[1:], start=rows[0]))
+def _column(k: int, values: Array, width: int) -> sparse.csr_array:
+    """Return a matrix with values in one column."""
+    own = np.arange(len(values))
+    return sparse.csr_array((values, (own, np.full_like(own, k))), (len(values), width))
+
+
+def _bands(entries: list[tuple[int, float]], count: int, width: int) -> sparse.csr_array:
+    """Return a matrix whose row k has some values in columns that move with k."""
+    own = np.arange(count)
+    parts = [sparse.csr_array((np.full(count, value), (own, own + first)), (count, width)) for first, value in entries]
+    return sparse.csr_array(sum(parts[1:], start=parts[0]))
 
 
 def _times(matrix: sparse.csr_array, values: Array) -> Array:

@@ -167,8 +167,10 @@ class Terms:
     ----------
     states
         Their names.
+    rate
+        For each state, the state that is its rate; -1: none.
     integral
-        For each state, the state whose rate it is; -1: none.
+        For each state, one whose rate it is; -1: none.
     alone
         Whether the rate of each state reads no other state.
     rates
@@ -182,6 +184,7 @@ class Terms:
     """
 
     states: tuple[str, ...]
+    rate: tuple[int, ...]
     integral: tuple[int, ...]
     alone: tuple[bool, ...]
     rates: tuple[tuple[Term, ...], ...]
@@ -227,6 +230,7 @@ class Terms:
         parameters = tuple(p.name for p in model.parameters)
         return Terms(
             rates.states,
+            tuple(is_state),
             tuple(is_state.index(k) if k in is_state else -1 for k in range(len(stages))),
             tuple(not rate.free_symbols & set(stages) - {own} for own, rate in zip(stages, rates.rates, strict=True)),
             terms,

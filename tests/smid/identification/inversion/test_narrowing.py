@@ -221,6 +221,31 @@ def test_a_speed_that_stays_unknown_is_named():
         identify(model, data, 0.01)
 
 
+def test_two_states_may_have_the_same_rate():
+    rng = np.random.default_rng(3)
+    u = np.repeat(rng.uniform(-6, 6, 6), 10)
+    motion = swung(u, (0.5, 0.0))
+    noise = rng.uniform(-0.002, 0.002, (2, len(u)))
+    outputs = {"y": motion[:, 0] + noise[0], "z": motion[:, 0] - 2.0 + noise[1]}
+    data = Dataset.from_arrays(input={"u": u}, output=outputs, sampling_time=H)
+    model = OwnModel(
+        [
+            "d/dt angle[t] = speed[t]",
+            "d/dt other[t] = speed[t]",
+            "d/dt speed[t] = u[t] - gravity*sin(angle[t]) - damping*speed[t]",
+        ],
+        {"y": "angle", "z": "other"},
+        ["u"],
+        {"gravity": (0.1, 100), "damping": (0, 50)},
+        scheme="enclosed",
+    )
+    bounds = {"y": 0.002, "z": 0.002}
+    found = last(Narrowing.of(Record(bind(model, data), data, bounds), bounds).steps())
+    (low, high), (least, most) = found.box
+    assert 7 < low <= 9.0 <= high < 11
+    assert least <= 0.4 <= most
+
+
 def test_only_models_whose_states_are_shown_are_narrowed():
     data = Dataset.from_arrays(input=np.ones(20), output=np.ones(20), sampling_time=H)
     reactor = Reactor(tau=None, a=None, scheme="enclosed")
