@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import inf
 from types import MappingProxyType
 
 from smid.data import Dataset
@@ -45,7 +44,7 @@ def prove_arm(
     noise_bound: float,
     *,
     prior: Mapping[str, tuple[float, float]] | None = None,
-    seconds: float = inf,
+    seconds: float = 120.0,
 ) -> Estimate:
     """Return certified intervals of the arm's constants.
 
@@ -58,7 +57,7 @@ def prove_arm(
     prior
         Intervals that replace those of `PRIOR`.
     seconds
-        Time limit.
+        Time limit; what is proven until then is returned.
 
     Raises
     ------
