@@ -85,5 +85,12 @@ def is_told(interval: ParameterInterval) -> bool:
     """Return whether a constant is proven within a factor of two.
 
     The intervals are outer ones: the data may determine a constant better than is proven.
+
+    Examples
+    --------
+    >>> from math import nan
+    >>> from relaxations.search.enclosure import Proof
+    >>> is_told(ParameterInterval("Ws", "Nm", 0.9, 10.0, nan, nan, Proof.PROVEN, Proof.BOX))
+    False
     """
     return interval.lower > 0 and interval.upper <= 2 * interval.lower
