@@ -19,6 +19,7 @@ from relaxations.check.runs import read as read_run
 from relaxations.check.runs.fixed import ONE
 from relaxations.check.runs.proof import hull
 from relaxations.check.runs.text import parsed
+from tests.relaxations.check.any_boxes import any_boxes
 
 # A signal that is twice the parameter, measured once as 1 within 1/10.
 DOUBLE: dict[str, Any] = {
@@ -261,19 +262,7 @@ def files(draw):
         states.append(step(*true, states[-1], inputs[k]))
     noise = rng.uniform(-0.049, 0.049, 9).tolist()
     measured = [x + n for x, n in zip(states, noise, strict=True)]
-    row = st.tuples(st.integers(0, 1), st.just(0), st.just(0), st.integers(0, 8)).map(list)
-    terms = st.lists(st.tuples(st.integers(0, 3), st.integers(-200, 200)), max_size=4)
-    side = st.tuples(
-        st.sampled_from([0, 1, 2] * 4 + [None]),
-        st.sampled_from([-1, 1]),
-        st.integers(0, 8),
-        terms.map(lambda own: [value for pair in own for value in pair]),
-    ).map(list)
-    passes = st.fixed_dictionaries({"rows": st.lists(row, min_size=4, max_size=4), "sides": st.lists(side, max_size=4)})
-    boxes = [
-        {"cut": draw(st.tuples(st.integers(0, 1), st.integers(0, 4)).map(lambda c: [c[0], f"{c[1]}/4"]))},
-        *[{"passes": draw(st.lists(passes, max_size=3))} for _ in range(2)],
-    ]
+    row = st.tuples(st.integers(0, 1), st.just(0), st.just(0), st.integers(0, 8))
     model = {
         "name": "m",
         "parameters": {"a": ["1/10", 1], "b": ["1/10", 1]},
@@ -287,7 +276,7 @@ def files(draw):
         "noise_bounds": {"y": "1/20"},
         "first": {"x": 1},
         "experiments": [{"name": "run", "samples": 9, "channels": channels}],
-        "boxes": boxes,
+        "boxes": draw(any_boxes(row)),
         "claim": None,
     }
     return {**DOUBLE, **parts}, (*true, 0.7)

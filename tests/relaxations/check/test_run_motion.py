@@ -20,6 +20,7 @@ from relaxations.check.runs.motion import Motion
 from relaxations.check.runs.operations import operate
 from relaxations.check.runs.proof import hull
 from relaxations.check.runs.tape import Tape
+from tests.relaxations.check.any_boxes import any_boxes
 
 # Rates as text, the same in numbers, and states to begin with.
 RATES: dict[str, tuple[dict[str, str], Any, tuple[float, ...]]] = {
@@ -231,19 +232,7 @@ def files(draw):
     ).y
     noise, count = rng.uniform(-0.019, 0.019, solution.shape), len(texts)
     channels = {f"y{k}": [y.hex() for y in row] for k, row in enumerate((solution + noise).tolist())}
-    row = st.tuples(st.sampled_from([0, 1, 4]), st.just(0), st.integers(0, count - 1), st.integers(1, 5)).map(list)
-    terms = st.lists(st.tuples(st.integers(0, 3), st.integers(-200, 200)), max_size=4)
-    side = st.tuples(
-        st.sampled_from([0, 1, 2] * 4 + [None]),
-        st.sampled_from([-1, 1]),
-        st.integers(0, 8),
-        terms.map(lambda own: [value for pair in own for value in pair]),
-    ).map(list)
-    passes = st.fixed_dictionaries({"rows": st.lists(row, min_size=4, max_size=4), "sides": st.lists(side, max_size=4)})
-    boxes = [
-        {"cut": draw(st.tuples(st.integers(0, 1), st.integers(0, 4)).map(lambda c: [c[0], f"{c[1]}/4"]))},
-        *[{"passes": draw(st.lists(passes, max_size=3))} for _ in range(2)],
-    ]
+    row = st.tuples(st.sampled_from([0, 1, 4]), st.just(0), st.integers(0, count - 1), st.integers(1, 5))
     model = {
         "name": name,
         "parameters": {"a": ["1/5", "9/10"], "b": ["1/5", "9/10"]},
@@ -262,7 +251,7 @@ def files(draw):
         "initial": [],
         "experiments": [{"name": "run", "samples": 6, "channels": channels}],
         "steps": draw(st.integers(1, 2)),
-        "boxes": boxes,
+        "boxes": draw(any_boxes(row)),
         "claim": None,
     }
     return {**FALLING, **parts}, (*true, *begin)
