@@ -334,19 +334,11 @@ class _Rows:
         middle = 0.5 * low + 0.5 * high
         radius = (np.maximum(high - middle, middle - low)) * (1 + 8 * EPSILON) + 4 * EPSILON * np.abs(middle)
         useful = np.abs(centre - middle) + reach > radius
-        self._parts.append(_rows(scaled[useful], (centre - middle)[useful], radius[useful]))
+        self._parts.append(Rows.of(scaled[useful], (centre - middle)[useful], radius[useful]))
 
     def done(self) -> Rows:
         """Return all rows."""
-        slopes = sparse.csr_array(sparse.vstack([part.slopes for part in self._parts]))
-        centre, radius = (
-            np.concatenate([getattr(part, name) for part in self._parts]) for name in ("centre", "radius")
-        )
-        return _rows(slopes, centre, radius)
-
-
-def _rows(slopes: sparse.csr_array, centre: Array, radius: Array) -> Rows:
-    return Rows(centre, radius, slopes, np.zeros((len(centre), 4), dtype=np.int64), -1)
+        return Rows.joined(self._parts)
 
 
 def _column(k: int, values: Array, width: int) -> sparse.csr_array:

@@ -222,7 +222,7 @@ class Narrowing:
             begin += len(low) - shared
         rows += [self._linked(known, len(lower)), self._constrained(known, len(lower))]
         free = tuple(k for k in targets if lower[k] < upper[k])
-        result = contracted(_joined(rows), lower, upper, [Group(free, None)])
+        result = contracted(Rows.joined(rows), lower, upper, [Group(free, None)])
         if result.empty:
             return known.none
         box = np.column_stack([result.lower[:count], result.upper[:count]])
@@ -278,8 +278,7 @@ def _cut(ends: Array, side: int, share: float) -> float | None:
 
 
 def _rows(slopes: Array, centre: Array, radius: Array) -> Rows:
-    sources = np.zeros((len(centre), 4), dtype=np.int64)
-    return Rows(centre, radius * (1 + 8 * EPSILON), sparse.csr_array(slopes), sources, -1)
+    return Rows.of(sparse.csr_array(slopes), centre, radius * (1 + 8 * EPSILON))
 
 
 def _moved(rows: Rows, columns: Index, width: int) -> Rows:
@@ -288,11 +287,3 @@ def _moved(rows: Rows, columns: Index, width: int) -> Rows:
     return replace(
         rows, slopes=sparse.csr_array((slopes.data, columns[slopes.indices], slopes.indptr), (slopes.shape[0], width))
     )
-
-
-def _joined(parts: Sequence[Rows]) -> Rows:
-    slopes = sparse.csr_array(sparse.vstack([part.slopes for part in parts]))
-    centre, radius, sources = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("centre", "radius", "sources")
-    )
-    return Rows(centre, radius, slopes, sources, -1)

@@ -11,7 +11,7 @@ that the run of a piece ends where the next one begins.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -77,6 +77,20 @@ class Rows:
     slopes: sparse.csr_array
     sources: Index
     impossible: int
+
+    @staticmethod
+    def of(slopes: sparse.csr_array, centre: Array, radius: Array) -> Rows:
+        """Return rows without a place in a certificate."""
+        return Rows(centre, radius, slopes, np.zeros((len(centre), 4), dtype=np.int64), -1)
+
+    @staticmethod
+    def joined(parts: Sequence[Rows]) -> Rows:
+        """Return the rows of all parts."""
+        slopes = sparse.csr_array(sparse.vstack([part.slopes for part in parts]))
+        centre, radius, sources = (
+            np.concatenate([getattr(part, name) for part in parts]) for name in ("centre", "radius", "sources")
+        )
+        return Rows(centre, radius, slopes, sources, -1)
 
     def where(self, kept: Mask | Index) -> Rows:
         """Return some of the rows."""
