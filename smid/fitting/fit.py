@@ -35,7 +35,7 @@ from smid.models import Line, Model
 from smid.models.predictor import past_name, predictor
 from smid.models.sensitivities import FreeRun, Initial, compile_free_run
 from smid.models.sensor import channel_to_signal, signal_to_channel
-from smid.models.symbols import VALUE, plain_symbols, references
+from smid.models.symbols import VALUE, distinct_parts, plain_symbols, references
 
 Errors = tuple[tuple[int, str, Array, Array], ...]
 """What `Fitting.errors` yields: index of the experiment, output channel, errors (n,), derivatives (n, n_free)."""
@@ -448,9 +448,8 @@ def _is_stop(expression: sympy.Expr) -> bool:
 
 def _steps_by_itself(line: Line) -> bool:
     """Return whether a line makes a step where its own past crosses a threshold."""
-    return any(
-        line.signal in {name for name, _ in references(step.args[0])} for step in line.expression.atoms(sympy.sign)
-    )
+    steps = (part for part in distinct_parts(line.expression) if isinstance(part, sympy.sign))
+    return any(line.signal in {name for name, _ in references(step.args[0])} for step in steps)
 
 
 def fit(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from fractions import Fraction
 from functools import cmp_to_key, lru_cache
 from typing import Any
@@ -19,6 +19,7 @@ __all__ = [
     "VALUE",
     "as_written",
     "canonical",
+    "distinct_parts",
     "end",
     "number",
     "packed",
@@ -128,7 +129,7 @@ def references(expression: sympy.Expr) -> frozenset[tuple[str, int]]:
     >>> sorted(references(signal("w")[t - 1] * signal("u")[t]))
     [('u', 0), ('w', 1)]
     """
-    return frozenset((str(atom.base.label), _lag(atom)) for atom in expression.atoms(sympy.Indexed))
+    return frozenset((str(item.base.label), _lag(item)) for item in _signals(expression))
 
 
 def inlined(expression: sympy.Expr, lines: Mapping[str, sympy.Expr]) -> sympy.Expr:
@@ -158,15 +159,31 @@ def plain_symbols(expression: sympy.Expr) -> frozenset[str]:
 
 
 def _outside_signals(expression: sympy.Expr) -> set[sympy.Symbol]:
-    symbols: set[sympy.Symbol] = set()
-    stack = [expression]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, sympy.Symbol):
-            symbols.add(node)
-        elif not isinstance(node, sympy.Indexed):
-            stack.extend(node.args)
-    return symbols
+    return {node for node in distinct_parts(expression) if isinstance(node, sympy.Symbol)}
+
+
+def _signals(expression: sympy.Expr) -> set[sympy.Indexed]:
+    return {node for node in distinct_parts(expression) if isinstance(node, sympy.Indexed)}
+
+
+def distinct_parts(expression: sympy.Expr) -> Iterator[sympy.Basic]:
+    """Yield each part of an expression once, however often it occurs; a signal at a lag is one part.
+
+    Examples
+    --------
+    >>> a = sympy.Symbol("a")
+    >>> sorted(map(str, distinct_parts(sympy.exp(a) + a)))
+    ['a', 'a + exp(a)', 'exp(a)']
+    """
+    seen: set[sympy.Basic] = set()
+    waiting: list[sympy.Basic] = [expression]
+    while waiting:
+        node = waiting.pop()
+        if node not in seen:
+            seen.add(node)
+            yield node
+            if not isinstance(node, sympy.Indexed):
+                waiting.extend(node.args)
 
 
 def canonical(expression: sympy.Expr) -> sympy.Expr:
@@ -194,9 +211,14 @@ def canonical(expression: sympy.Expr) -> sympy.Expr:
 # Edits of a model leave most of its lines as they are.
 @lru_cache(maxsize=4096)
 def _canonical(expression: sympy.Expr) -> sympy.Expr:
-    ours = {atom: _sample(str(atom.base.label), _lag(atom)) for atom in expression.atoms(sympy.Indexed)}
-    ours |= {atom: sympy.Symbol(atom.name, real=True) for atom in _outside_signals(expression)}
-    ours |= {atom: sympy.Rational(atom) for atom in expression.atoms(sympy.Float) if atom.is_finite}
+    ours: dict[sympy.Basic, sympy.Expr] = {}
+    for part in distinct_parts(expression):
+        if isinstance(part, sympy.Indexed):
+            ours[part] = _sample(str(part.base.label), _lag(part))
+        elif isinstance(part, sympy.Symbol):
+            ours[part] = sympy.Symbol(part.name, real=True)
+        elif isinstance(part, sympy.Float) and part.is_finite:
+            ours[part] = sympy.Rational(part)
     other = {theirs: own for theirs, own in ours.items() if theirs != own}
     return swapped(expression, other) if other else expression
 
@@ -221,7 +243,7 @@ def _only_renames(expression: sympy.Expr, swap: Mapping[sympy.Expr, sympy.Expr])
     if len(names) < len(swap) or not all(isinstance(own, sympy.Symbol | sympy.Indexed) for own in names):
         return False
     return all(isinstance(old, sympy.Symbol | sympy.Indexed) for old in swap) and not names & (
-        (expression.atoms(sympy.Indexed) | _outside_signals(expression)) - swap.keys()
+        {part for part in distinct_parts(expression) if isinstance(part, sympy.Symbol | sympy.Indexed)} - swap.keys()
     )
 
 
@@ -331,8 +353,8 @@ def rename_signals(expression: sympy.Expr, names: dict[str, str]) -> sympy.Expr:
     z[t - 1]
     """
     replacement = {
-        atom: _sample(names[str(atom.base.label)], _lag(atom))
-        for atom in expression.atoms(sympy.Indexed)
-        if str(atom.base.label) in names
+        item: _sample(names[str(item.base.label)], _lag(item))
+        for item in _signals(expression)
+        if str(item.base.label) in names
     }
     return swapped(expression, replacement)

@@ -40,6 +40,13 @@ _MOST = math.log(100.0)  # the factor on a pace or a gain, either way: cold oil 
 _LEAST_POLE = 1e-3  # a lag has a positive one; what a fit tries on its way may not
 
 
+# How far a lag has gone after a time, in samples, and the mean of four factors, by Runge and Kutta. Sympy would take
+# seconds to multiply the expressions of a plant: they are put into these as they are.
+_LEVEL, _POLE, _TIME, _INCREMENT = sympy.symbols("level pole time increment", real=True)
+_WENT = (1 - _POLE**_TIME) / (1 - _POLE) * _INCREMENT
+_FACTORS = sympy.symbols("factor:4", real=True)
+_MEAN = (_FACTORS[0] + 2 * _FACTORS[1] + 2 * _FACTORS[2] + _FACTORS[3]) / 6
+
 _SPOKEN = {"pace": "time constant", "gain": "gain"}
 
 
@@ -136,16 +143,16 @@ def _quickened(state: StateLine, factor: sympy.Expr) -> sympy.Expr:
         not state.line.rate and pole != 0 and state.own not in {name for name, _ in references(multiplied_out(rest))}
     )
     if is_lag and plain_symbols(pole):
-        pole = larger(_LEAST_POLE, pole)
+        known = {_LEVEL: state.level, _POLE: larger(_LEAST_POLE, pole), _INCREMENT: state.increment}
 
-        def seen(passed: sympy.Expr) -> sympy.Expr:
+        def after(passed: sympy.Expr) -> sympy.Expr:
             """Return the factor after a lag of pace one has gone on for a time, in samples."""
-            return swapped(factor, {state.level: state.level + (1 - pole**passed) / (1 - pole) * state.increment})
+            return swapped(factor, {state.level: swapped(_LEVEL + _WENT, {**known, _TIME: passed})})
 
-        early = seen(factor / 2)
-        late = seen(early / 2)
-        mean = (factor + 2 * early + 2 * late + seen(late)) / 6
-        return (1 - pole**mean) / (1 - pole) * state.increment
+        early = after(swapped(_TIME / 2, {_TIME: factor}))
+        late = after(swapped(_TIME / 2, {_TIME: early}))
+        mean = swapped(_MEAN, dict(zip(_FACTORS, (factor, early, late, after(late)), strict=True)))
+        return swapped(_WENT, {**known, _TIME: mean})
     return factor * state.increment
 
 
