@@ -147,6 +147,7 @@ def inlined(expression: sympy.Expr, lines: Mapping[str, sympy.Expr]) -> sympy.Ex
     return expression
 
 
+@lru_cache(maxsize=4096)
 def plain_symbols(expression: sympy.Expr) -> frozenset[str]:
     """List the names of the symbols outside any signal: parameters, and ``VALUE`` in a sensor curve.
 
@@ -155,11 +156,7 @@ def plain_symbols(expression: sympy.Expr) -> frozenset[str]:
     >>> sorted(plain_symbols(sympy.Symbol("a") * signal("w")[t - 1]))
     ['a']
     """
-    return frozenset(symbol.name for symbol in _outside_signals(expression))
-
-
-def _outside_signals(expression: sympy.Expr) -> set[sympy.Symbol]:
-    return {node for node in distinct_parts(expression) if isinstance(node, sympy.Symbol)}
+    return frozenset(part.name for part in distinct_parts(expression) if isinstance(part, sympy.Symbol))
 
 
 def _signals(expression: sympy.Expr) -> set[sympy.Indexed]:
