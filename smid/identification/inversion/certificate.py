@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from relaxations.check.arithmetic import Unreadable
 from relaxations.check.runs import read
 from relaxations.check.runs.fixed import ONE, below
 from relaxations.check.runs.proof import Box as Ends
@@ -105,7 +106,10 @@ def _steps(content: Mapping[str, Any], cover: Cover) -> int:
     most, steps = int(content["steps"]), 1
     while steps < most:
         stated = read.document({**content, "steps": steps}).stated
-        known = rows(stated, [(x, x) for x in middle], [source for source in _sources(stated) if source[0] == FREE])
+        try:
+            known = rows(stated, [(x, x) for x in middle], [source for source in _sources(stated) if source[0] == FREE])
+        except Unreadable:  # more steps would take the checker even longer
+            break
         reaches = ((row, 2 * (1 + _REMAINDER) * stated.bounds[source[2]]) for source, row in known.items())
         if all(row is not None and row.high - row.low <= widest for row, widest in reaches):
             break
@@ -212,7 +216,10 @@ class _Walk:
             # The checker refuses what takes too long, so what is left stays as wide as it is.
             if self._stated.work.left < self._reserve:
                 break
-            known = rows(self._stated, ends, self._sources)
+            try:
+                known = rows(self._stated, ends, self._sources)
+            except Unreadable:
+                break
             step = _pass(known, ends, self._groups)
             if not (step.sources or step.sides):
                 break
