@@ -18,6 +18,7 @@ from scipy import sparse
 from relaxations.check.arithmetic import Unreadable
 from relaxations.check.runs import read
 from relaxations.check.runs.fixed import ONE, below
+from relaxations.check.runs.narrowing import Narrowed
 from relaxations.check.runs.proof import Box as Ends
 from relaxations.check.runs.proof import Pass, Side, bound_of, contract
 from relaxations.check.runs.run import ANCHORED, BALANCES, CONSTRAINT, FREE, LINKS, Row, Source, rows
@@ -25,6 +26,9 @@ from relaxations.check.runs.statement import Stated
 from relaxations.deadline import Progress
 from smid.identification.inversion.contraction import NOTHING, Multipliers, contracted
 from smid.identification.inversion.cover import Box, Cover
+from smid.identification.inversion.frame import middle_and_half
+from smid.identification.inversion.narrowed import Steps, outwards
+from smid.identification.inversion.narrowing import Narrowing
 from smid.identification.inversion.record import KEPT, Group, Record, Rows
 from smid.verification.origin import plain_statement, samples_as_text
 
@@ -39,7 +43,7 @@ Claim = dict[str, tuple[float, float]]
 
 
 def run_certificate(
-    cover: Cover, bounds: Mapping[str, float], say: Progress
+    cover: Cover, bounds: Mapping[str, float], say: Progress, narrowing: Narrowing | None = None
 ) -> tuple[Claim | None, dict[str, Any] | None]:
     """Return the proven ends of each parameter, None where the set is proven empty, and the content of the proof.
 
@@ -51,6 +55,8 @@ def run_certificate(
         Of each noisy channel, in its unit.
     say
         Called with a line of text now and then.
+    narrowing
+        How the first box of the cover was narrowed; None where it was not.
     """
     content = {
         "format": read.FORMAT,
@@ -59,9 +65,14 @@ def run_certificate(
         "claim": None,
         "boxes": [],
     }
-    if "steps" in content:
+    stated = read.document(content).stated
+    work = stated.work.left
+    narrowed = Steps(narrowing, stated, say)
+    if "steps" in content and not narrowed.known.empty:
         content["steps"] = _steps(content, cover)
-    walk = _Walk(read.document(content).stated, cover)
+        before, stated = stated, read.document(content).stated
+        stated.work.spend(work - before.work.left)
+    walk = _Walk(stated, cover, narrowed.known)
     walk.all(say)
     claim = walk.claim
     priors = {p.name: (p.lower, p.upper) for p in cover.record.model.parameters}
@@ -69,6 +80,8 @@ def run_certificate(
         return claim, None
     content["claim"] = claim and {name: [_end(low), _end(high)] for name, (low, high) in claim.items()}
     content["boxes"] = walk.boxes
+    if narrowed.content:
+        content["narrowing"] = narrowed.content
     return claim, content
 
 
@@ -101,8 +114,7 @@ def run_statement(record: Record, bounds: Mapping[str, float]) -> dict[str, Any]
 
 def _steps(content: Mapping[str, Any], cover: Cover) -> int:
     """Return in how few steps the checker may integrate, so that the remainders widen no sample's noise by much."""
-    lower, upper = (cover.boxes or [cover.root])[0].left
-    middle = [below(Fraction(x)) for x in (0.5 * lower + 0.5 * upper).tolist()]
+    middle = [below(Fraction(x)) for x in middle_and_half(*(cover.boxes or [cover.root])[0].left)[0].tolist()]
     most, steps = int(content["steps"]), 1
     while steps < most:
         stated = read.document({**content, "steps": steps}).stated
@@ -144,8 +156,8 @@ def _sources(stated: Stated) -> list[Source]:
 class _Walk:
     """Walks through the boxes of a cover with the checker's enclosures."""
 
-    def __init__(self, stated: Stated, cover: Cover) -> None:
-        self._stated, self._root = stated, cover.root
+    def __init__(self, stated: Stated, cover: Cover, known: Narrowed) -> None:
+        self._stated, self._root, self._known = stated, cover.root, known
         self._sources = _sources(stated)
         signals, parts = cover.record.tape.signals, cover.record.cut.parts
         self._sources += [
@@ -167,15 +179,15 @@ class _Walk:
         names = self._stated.parameters
         return {
             name: (
-                _outwards(min(box[k][0] for box in self.left), -1),
-                _outwards(max(box[k][1] for box in self.left), 1),
+                outwards(min(box[k][0] for box in self.left), -1),
+                outwards(max(box[k][1] for box in self.left), 1),
             )
             for k, name in enumerate(names)
         }
 
     def all(self, say: Progress) -> None:
         """Walk through all boxes, depth first."""
-        waiting: list[tuple[Box, Ends]] = [(self._root, list(self._stated.box))]
+        waiting: list[tuple[Box, Ends]] = [] if self._known.empty else [(self._root, self._known.ends)]
         while waiting:
             box, ends = waiting.pop()
             node: dict[str, Any] = {}
@@ -294,15 +306,6 @@ def _side(m: Multipliers, places: dict[Source, int]) -> Side:
         if whole:
             terms.append((places.setdefault((run, e, n, now), len(places)), whole))
     return Side(None if m.unknown == NOTHING else m.unknown, m.sign, shift, terms)
-
-
-def _outwards(end: int | float, side: int) -> float:
-    """Return an end in units as a float, rounded outwards."""
-    if not isinstance(end, int):
-        return end
-    nearest = end / ONE
-    inside = Fraction(nearest) * ONE > end if side < 0 else Fraction(nearest) * ONE < end
-    return math.nextafter(nearest, side * math.inf) if inside else nearest
 
 
 def _end(value: float) -> str | None:

@@ -132,7 +132,7 @@ def test_the_true_arm_keeps_every_bound_and_every_row(seed, theta, b, wd, extra,
         true = np.concatenate(
             [
                 [values[k] for k in names],
-                [float(product.subs(symbols)) for product in narrowing._terms.coefficients],
+                [float(product.subs(symbols)) for product in narrowing.terms.coefficients],
                 motion.T.ravel(),
                 np.zeros(len(u) - 1),
                 0.5 * (motion[1:, 1] + motion[:-1, 1]) - np.diff(motion[:, 0]) / H,
