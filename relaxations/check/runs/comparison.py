@@ -44,6 +44,10 @@ class Tube:
         pairs = (*zip(self.low, self.high, strict=True), *zip(self.least, self.most, strict=True))
         return any(low > high for low, high in pairs)
 
+    def copy(self) -> Tube:
+        """Return what is known in lists of its own."""
+        return Tube(list(self.low), list(self.high), list(self.least), list(self.most))
+
     def joined(self) -> None:
         """Bound the state in the intervals by its values at both ends: its rate does not change its sign there."""
         for k in range(len(self.least)):

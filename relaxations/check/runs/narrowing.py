@@ -4,7 +4,8 @@ Over a wide box a free run reaches anywhere. Here only the measurements say wher
 measured, and the bounds of signals. A step of the file then
 
 - bounds a state at samples by values that the comparison proves (:mod:`.comparison`), or
-- bounds coefficients of the rates by the integrals with a modulating function each (:mod:`.modulated`).
+- bounds coefficients of the rates by the integrals with a modulating function each (:mod:`.modulated`), or
+- cuts a slice off the interval of a parameter, which further steps prove empty.
 
 A file states which step is next, with the values and the modulating functions. A value that the comparison does not
 prove is refused; any modulating function gives a true bound. Between the steps a parameter is bounded by the
@@ -25,6 +26,8 @@ from relaxations.check.runs.comparison import Cells, Tube
 from relaxations.check.runs.fixed import BITS, End
 from relaxations.check.runs.functions import reciprocal
 from relaxations.check.runs.modulated import Interval, Modulation, intervals_of, solved
+from relaxations.check.runs.proof import Pass, Side, contract
+from relaxations.check.runs.run import CONSTRAINT, rows
 from relaxations.check.runs.statement import Stated
 from relaxations.check.runs.terms import Values
 
@@ -33,6 +36,7 @@ __all__ = ["Bounded", "Compared", "Narrowed", "narrowed_by"]
 PARTS = 6
 """Cells of a state's range of an interval, beside those that follow from the stated edges."""
 
+_SHIFT = 64
 _COST = 100  # of an interval that is integrated
 
 
@@ -62,7 +66,17 @@ class Bounded:
     sides: Sequence[tuple[int, Sequence[Modulation]]]
 
 
-Step = Compared | Bounded
+@dataclass(frozen=True)
+class Shaved:
+    """A part of a parameter's interval, above (sign 1) or below a value, is cut off: its own steps prove it empty."""
+
+    parameter: int
+    value: int
+    sign: int
+    steps: Sequence[Compared | Bounded]
+
+
+Step = Compared | Bounded | Shaved
 
 
 @dataclass
@@ -127,11 +141,33 @@ class Narrowed:
             downwards = upwards.mirrored()
             self._proven(step, downwards, step.lower, -1)
             self.compared(step.experiment, step.state, downwards)
-            return
-        known = self.intervals()
-        for target, modulation in step.sides:
-            self.bound(target, modulation, known)
-        self.relate()
+        elif isinstance(step, Bounded):
+            known = self.intervals()
+            for target, modulation in step.sides:
+                self.bound(target, modulation, known)
+            self.relate()
+        else:
+            slice_ = self.cut(step.parameter, step.value, step.sign)
+            for own in step.steps:
+                if not slice_.empty:
+                    slice_.take(own)
+            if not slice_.empty:
+                raise Refused(f"a slice of {shown_name(self.stated.parameters[step.parameter])} is not proven empty")
+            self.take_over(self.cut(step.parameter, step.value, -step.sign))
+
+    def cut(self, parameter: int, value: int, sign: int) -> Narrowed:
+        """Return what is known of the part where a parameter is at least a value (sign 1), or at most."""
+        found = Narrowed(
+            self.stated, list(self.box), list(self.products), [[own.copy() for own in e] for e in self.tubes]
+        )
+        low, high = self.box[parameter]
+        found.box[parameter] = (max(low, value), high) if sign > 0 else (low, min(high, value))
+        found.relate()
+        return found
+
+    def take_over(self, other: Narrowed) -> None:
+        """Take over what is known of a part, as the rest is empty."""
+        self.box, self.products, self.tubes = other.box, other.products, other.tubes
 
     def _proven(self, step: Compared, cells: Cells, values: Iterable[tuple[int, int]], sign: int) -> None:
         """Take over the values of a step that bound a state from above (sign 1), or of one that is seen upside down."""
@@ -202,8 +238,27 @@ class Narrowed:
         if found is not None:
             self.products[target] = max(low, found[0]), min(high, found[1])
 
+    def _constrain(self) -> None:
+        """Bound each parameter by the constraints, alone by what the others leave of it."""
+        box = [*self.box, *self.stated.box[len(self.box) :]]
+        for k in range(len(self.stated.constraints)):
+            source = CONSTRAINT, 0, k, 0
+            known = rows(self.stated, box, [source])
+            row = known[source]
+            if row is None or row.impossible:
+                continue
+            # The multiplier with which the row's slope in an unknown becomes one.
+            sides = [
+                Side(j, 1 if slope > 0 else -1, _SHIFT, [(0, (1 << (BITS + _SHIFT)) // abs(slope))])
+                for j, slope in row.slopes.items()
+                if slope and j < len(self.box)
+            ]
+            contract(box, Pass([source], sides), known, "the narrowing")
+        self.box = box[: len(self.box)]
+
     def relate(self) -> None:
-        """Bound coefficients by their parameters, and parameters by the coefficients whose factor they are."""
+        """Bound parameters by constraints and by the coefficients whose factor they are, and coefficients by these."""
+        self._constrain()
         terms, work = self.stated.terms, self.stated.work
         for own, ends in zip(terms.coefficients, self.products, strict=True):
             for k in own.factors:

@@ -13,7 +13,7 @@ from relaxations.check.forms import Reader, excerpt, read_name, shown_name
 from relaxations.check.runs.affine import LARGEST, Range, between
 from relaxations.check.runs.fixed import ONE, above, below
 from relaxations.check.runs.modulated import Modulation
-from relaxations.check.runs.narrowing import Bounded, Compared, Step
+from relaxations.check.runs.narrowing import Bounded, Compared, Shaved, Step
 from relaxations.check.runs.proof import Node, Pass, Side
 from relaxations.check.runs.run import BALANCES, CONSTRAINT, LINKS, Source
 from relaxations.check.runs.statement import Measured, Piece, Samples, Stated
@@ -363,17 +363,30 @@ def _narrowing(reader: Reader, steps: list[Any], stated: Stated) -> Iterator[Ste
             raise Unreadable(f"{where}: the time between samples is too long, or no whole number of units")
         if any(stated.first[name] != 1 for name in stated.rates):
             raise Unreadable(f"{where}: a rate reads more than one sample back")
-        if isinstance(value, dict) and "compare" in value:
-            fields = reader.fields(value, where, ("compare", "edges", "upper", "lower"))
-            e, i = _state(reader, reader.items(fields["compare"], where, 2), stated, where)
-            edges = [_limited(reader.number(edge, where), where) for edge in reader.items(fields["edges"], where)]
-            upper, lower = (_values(reader, fields[name], stated.runs[e].count, where) for name in ("upper", "lower"))
-            yield Compared(e, i, edges, upper, lower)
-        else:
-            fields = reader.fields(value, where, ("bound",))
-            sides = [reader.items(side, where, 2) for side in reader.items(fields["bound"], where)]
-            count = len(stated.terms.coefficients)
-            yield Bounded([(reader.index(k, where, count), _modulation(reader, m, stated, where)) for k, m in sides])
+        yield _step(reader, value, stated, where)
+
+
+def _step(reader: Reader, value: Any, stated: Stated, where: str) -> Step:
+    if isinstance(value, dict) and "cut" in value:
+        fields = reader.fields(value, where, ("cut", "steps"))
+        parameter, end, sign = reader.items(fields["cut"], where, 3)
+        k = reader.index(parameter, where, len(stated.parameters))
+        steps = [_plain_step(reader, own, stated, where) for own in reader.items(fields["steps"], where)]
+        return Shaved(k, _limited(reader.number(end, where), where), reader.side(sign, where), steps)
+    return _plain_step(reader, value, stated, where)
+
+
+def _plain_step(reader: Reader, value: Any, stated: Stated, where: str) -> Compared | Bounded:
+    if isinstance(value, dict) and "compare" in value:
+        fields = reader.fields(value, where, ("compare", "edges", "upper", "lower"))
+        e, i = _state(reader, reader.items(fields["compare"], where, 2), stated, where)
+        edges = [_limited(reader.number(edge, where), where) for edge in reader.items(fields["edges"], where)]
+        upper, lower = (_values(reader, fields[name], stated.runs[e].count, where) for name in ("upper", "lower"))
+        return Compared(e, i, edges, upper, lower)
+    fields = reader.fields(value, where, ("bound",))
+    sides = [reader.items(side, where, 2) for side in reader.items(fields["bound"], where)]
+    count = len(stated.terms.coefficients)
+    return Bounded([(reader.index(k, where, count), _modulation(reader, m, stated, where)) for k, m in sides])
 
 
 def _state(reader: Reader, value: list[Any], stated: Stated, where: str) -> tuple[int, int]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from fractions import Fraction
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ from relaxations.deadline import Progress
 from smid.identification.inversion.comparison import States
 from smid.identification.inversion.contraction import NOTHING, Multipliers
 from smid.identification.inversion.integrals import CHANGE
-from smid.identification.inversion.narrowing import Narrowed, Narrowing
+from smid.identification.inversion.narrowing import SLICES, TRIES, Narrowed, Narrowing
 
 __all__ = ["Steps", "outwards"]
 
@@ -56,37 +57,76 @@ class Steps:
     """
 
     def __init__(self, narrowing: Narrowing | None, stated: Stated, say: Progress) -> None:
-        self._stated = stated
         self.content: list[dict[str, Any]] = []
         self.known = checked.Narrowed.of(stated)
-        places = (
-            _matched(narrowing, stated) if narrowing and all(first == 1 for first in stated.first.values()) else None
-        )
-        if narrowing is None or places is None:
+        if narrowing is None or any(stated.first[name] != 1 for name in stated.rates):
             return
-        self._narrowing, self._places = narrowing, places
+        places = _matched(narrowing, stated)
+        if places is None:
+            return
         try:
-            self._all(say)
+            self._all(narrowing, places, say)
         except Unreadable:  # the record is too long for the checker
             self.content, self.known = [], checked.Narrowed.of(stated)
 
-    def _all(self, say: Progress) -> None:
-        enough = self._stated.work.left // 2
-        for number in range(_ROUNDS):
+    def _all(self, narrowing: Narrowing, places: tuple[int, ...], say: Progress) -> None:
+        rounds = _Rounds(narrowing, places, self.known, self.content)
+        rounds.take(_ROUNDS, say)
+        if rounds.shave(say):
+            rounds.take(_ROUNDS, say)
+
+
+class _Rounds:
+    """Rounds of comparisons and bounds, written down."""
+
+    def __init__(
+        self, narrowing: Narrowing, places: tuple[int, ...], known: checked.Narrowed, content: list[dict[str, Any]]
+    ) -> None:
+        self._narrowing, self._places, self._known, self._content = narrowing, places, known, content
+        self._work = known.stated.work
+        self._enough = self._work.left // 2
+
+    def take(self, most: int, say: Progress) -> None:
+        """Take rounds until nothing is left, or no more is gained."""
+        for _ in range(most):
             before = self._widths()
             self._compare()
-            if not self.known.empty:
+            if not self._known.empty:
                 self._bound()
-            say(f"certificate: {number + 1} rounds of narrowing")
-            if self.known.empty or self._stated.work.left < enough or np.all(self._widths() >= (1 - _WORTH) * before):
+            say(f"certificate: {len(self._content)} steps of narrowing")
+            if self._known.empty or self._work.left < self._enough or np.all(self._widths() >= (1 - _WORTH) * before):
                 return
 
+    def shave(self, say: Progress) -> bool:
+        """Cut off slices that are proven empty; return whether there are any."""
+        count = len(self._content)
+        for k, side in product(range(len(self._known.box)), (0, 1)):
+            for share in SLICES:
+                while self._shaved(k, side, share):
+                    say(f"certificate: {len(self._content)} steps of narrowing")
+        return len(self._content) > count
+
+    def _shaved(self, k: int, side: int, share: float) -> bool:
+        if self._known.empty or self._work.left < self._enough:
+            return False
+        cut = self._narrowing.empty_slice(self._found(), k, side, share)
+        if cut is None:
+            return False
+        value, sign = below(Fraction(cut)), 1 if side else -1
+        part, steps = self._known.cut(k, value, sign), list[dict[str, Any]]()
+        _Rounds(self._narrowing, self._places, part, steps).take(TRIES, lambda _: None)
+        if not part.empty:
+            return False
+        self._content.append({"cut": [k, _text(cut), sign], "steps": steps})
+        self._known.take_over(self._known.cut(k, value, -sign))
+        return True
+
     def _widths(self) -> Array:
-        return np.array([float(high - low) for low, high in (*self.known.box, *self.known.products)])
+        return np.array([float(high - low) for low, high in (*self._known.box, *self._known.products)])
 
     def _found(self) -> Narrowed:
         """Return what is known in floats, rounded outwards."""
-        known = self.known
+        known = self._known
         box = np.array([[outwards(low, -1), outwards(high, 1)] for low, high in known.box])
         own = [known.products[k] for k in self._places]
         products = Intervals(
@@ -100,45 +140,45 @@ class Steps:
             found, gained = self._found(), False
             for e, (compare, states) in enumerate(zip(self._narrowing.comparisons, found.states, strict=True)):
                 better = compare(found.box, found.products, states, 1)
-                for i, own in enumerate(self._stated.terms.products):
-                    if not own or self.known.empty:
+                for i, own in enumerate(self._known.stated.terms.products):
+                    if not own or self._known.empty:
                         continue
                     edges = compare.edges(i, found.box, states.at)
-                    upwards = self.known.cells(e, i, [below(Fraction(edge)) for edge in edges])
+                    upwards = self._known.cells(e, i, [below(Fraction(edge)) for edge in edges])
                     upper = _proven(upwards, better.at.upper[i], 1)
                     downwards = upwards.mirrored()
                     lower = _proven(downwards, -better.at.lower[i], -1)
                     if number and not upper and not lower:
                         continue
                     gained = True
-                    self.known.compared(e, i, downwards)
+                    self._known.compared(e, i, downwards)
                     texts = [_text(edge) for edge in edges]
-                    self.content.append({"compare": [e, i], "edges": texts, "upper": upper, "lower": lower})
+                    self._content.append({"compare": [e, i], "edges": texts, "upper": upper, "lower": lower})
             if not gained:
                 return
 
     def _bound(self) -> None:
         """Bound the coefficients."""
-        count = len(self.known.box)
+        count = len(self._known.box)
         result = self._narrowing.contraction(self._found(), range(count, count + len(self._places)))
-        known, sides = self.known.intervals(), list[list[Any]]()
+        known, sides = self._known.intervals(), list[list[Any]]()
         for proof in result.proof if result else ():
-            # Where the multipliers prove that nothing is left, any coefficient shows it.
-            target = self._places[proof.unknown - count] if proof.unknown != NOTHING else self._places[0]
             modulation = self._modulation(proof)
-            before = self.known.products[target]
-            self.known.bound(target, modulation, known)
-            if _width(self.known.products[target]) >= (1 - _GAIN) * _width(before):
-                self.known.products[target] = before
-                continue
-            sides.append([target, [number for own in modulation for number in own]])
+            # What proves that nothing is left may show at any coefficient.
+            for target in self._places if proof.unknown == NOTHING else (self._places[proof.unknown - count],):
+                before = self._known.products[target]
+                self._known.bound(target, modulation, known)
+                if _width(self._known.products[target]) < (1 - _GAIN) * _width(before):
+                    sides.append([target, [number for own in modulation for number in own]])
+                else:
+                    self._known.products[target] = before
         if sides:
-            self.known.relate()
-            self.content.append({"bound": sides})
+            self._known.relate()
+            self._content.append({"bound": sides})
 
     def _modulation(self, proof: Multipliers) -> list[Modulation]:
         """Return the modulating function that the multipliers of single rows add up to."""
-        h, mean, turn = float(self._stated.interval), dict[Place, float](), dict[Place, float]()
+        h, mean, turn = float(self._known.stated.interval), dict[Place, float](), dict[Place, float]()
         for (e, i, begin, end), value in zip(proof.sources.tolist(), proof.values.tolist(), strict=True):
             if end == CHANGE:
                 turn[e, i, begin] = turn.get((e, i, begin), 0.0) + 0.5 * h * value

@@ -30,12 +30,14 @@ from smid.identification.inversion.integrals import Integrals
 from smid.identification.inversion.record import Group, Record, Rows
 from smid.identification.inversion.terms import Program, Terms
 
-__all__ = ["Narrowed", "Narrowing"]
+__all__ = ["SLICES", "TRIES", "Narrowed", "Narrowing"]
 
 _WORTH = 0.02  # a round takes at least this share of a width
 _SURE = 0.05  # a parameter that is known as well is not shaved
-_SLICES = (0.5, 0.25, 0.125, 0.0625)  # shares of an interval, one tried after the other
-_TRIES = 2  # rounds for a slice
+SLICES = (0.5, 0.25, 0.125, 0.0625)
+"""Shares of an interval, one tried after the other to be cut off."""
+TRIES = 2
+"""Rounds for a slice."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,15 +188,30 @@ class Narrowing:
         """Cut off slices that are proven empty, one after the other."""
         for k in range(len(self._names)):
             for side in (0, 1):
-                for share in _SLICES:
-                    while (cut := _cut(found.box[k], side, share)) is not None:
-                        slice_, rest = (found.box.copy() for _ in range(2))
-                        slice_[k, 1 - side] = rest[k, side] = cut
-                        tried = islice(self._rounds(self._within(found, slice_)), _TRIES)
-                        if not any(known.empty for known in tried):
-                            break
+                for share in SLICES:
+                    while (cut := self.empty_slice(found, k, side, share)) is not None:
+                        rest = found.box.copy()
+                        rest[k, side] = cut
                         found = self._within(found, rest)
                         yield found
+
+    def empty_slice(self, known: Narrowed, k: int, side: int, share: float) -> float | None:
+        """Return where to cut a slice off an end of a parameter; None if it is not proven empty.
+
+        Parameters
+        ----------
+        side
+            0: the lower end; 1: the upper one.
+        share
+            Of the interval.
+        """
+        cut = _cut(known.box[k], side, share)
+        if cut is None:
+            return None
+        box = known.box.copy()
+        box[k, 1 - side] = cut
+        tried = islice(self._rounds(self._within(known, box)), TRIES)
+        return cut if any(own.empty for own in tried) else None
 
     def _within(self, known: Narrowed, box: Array) -> Narrowed:
         return replace(known, box=box, products=self._products(box, known.products))

@@ -224,6 +224,9 @@ NOT_A_CERTIFICATE = {
     "an interval that ends at the first sample": stated({"bound": [[0, [0, 1, 0, 1, 1]]]}),
     "an interval without an end": stated({"bound": [[0, [0, 1, 1, 1]]]}),
     "a fraction": stated({"bound": [[0, [0, 1, 1, 1, "1/2"]]]}),
+    "a cut of an unknown parameter": stated({"cut": [2, 1, 1], "steps": []}),
+    "a cut to no side": stated({"cut": [0, 1, 0], "steps": []}),
+    "a cut within a cut": stated({"cut": [0, 1, 1], "steps": [{"cut": [0, 1, 1], "steps": []}]}),
     "a rate from the third sample on": stated(COMPARE, first={"x": 2, "v": 2}),
 }
 
@@ -239,6 +242,28 @@ def test_a_value_that_may_be_exceeded_is_refused() -> None:
         value = "-1/10" if side == "upper" else "1/10"
         with pytest.raises(Refused, match=f"v may lie {kind} the value that bounds its sample 3 in the file"):
             runs.check(stated({**COMPARE, side: [3, value]}))
+
+
+def test_a_slice_that_is_not_proven_empty_is_refused() -> None:
+    for sign in (1, -1):
+        with pytest.raises(Refused, match="a slice of a is not proven empty"):
+            runs.check(stated({"cut": [0, 5, sign], "steps": [COMPARE]}))
+
+
+def test_a_slice_beyond_the_box_is_empty_and_the_rest_is_kept() -> None:
+    for value, sign in ((21, 1), (-1, -1)):
+        with pytest.raises(Refused, match="the list of boxes ends, and 1 part"):
+            runs.check(stated({"cut": [0, value, sign], "steps": []}))
+
+
+def test_constraints_bound_the_parameters() -> None:
+    content = stated()
+    content["model"]["constraints"] = ["a - b - 1", "3 - a", "a**2"]
+    (a_low, a_high), (b_low, b_high) = Narrowed.of(read.document(content).stated).box
+    tiny = ONE >> 50
+    assert a_high <= 3 * ONE + tiny
+    assert 1.1 * ONE - tiny <= a_low <= 1.1 * ONE + tiny
+    assert (b_low <= ONE // 10 + 1, b_high >= 2 * ONE) == (True, True)
 
 
 def test_steps_take_work(monkeypatch) -> None:
