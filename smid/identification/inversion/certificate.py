@@ -17,6 +17,7 @@ from scipy import sparse
 
 from relaxations.check.arithmetic import Unreadable
 from relaxations.check.runs import read
+from relaxations.check.runs.affine import Range
 from relaxations.check.runs.fixed import ONE, below
 from relaxations.check.runs.narrowing import Narrowed
 from relaxations.check.runs.proof import Box as Ends
@@ -166,7 +167,10 @@ class _Walk:
             for k, piece in enumerate(parts)
             for own, now, _ in piece.links.tolist()
         ]
-        self._groups = cover.record.groups(np.ones(len(stated.box), dtype=bool))
+        # The checker has further unknowns, such as where a clock begins.
+        self._places = [stated.unknowns.index(name) for name in cover.record.names]
+        groups = cover.record.groups(np.ones(len(self._places), dtype=bool))
+        self._groups = [Group(tuple(self._places[k] for k in group.unknowns), group.pieces) for group in groups]
         self.boxes: list[dict[str, Any]] = []
         self.left: list[Ends] = []
         self._halvings, self._reserve = _HALVINGS, stated.work.left // 4
@@ -200,7 +204,7 @@ class _Walk:
             if empty:
                 continue
             # What the search proved empty and this does not is halved, and is empty as before.
-            cut = box.cut or (self._halving(ends) if box.empty else None)
+            cut = (self._places[box.cut[0]], box.cut[1]) if box.cut else self._halving(ends) if box.empty else None
             if cut is None:
                 self.left.append(ends)
                 continue
@@ -224,7 +228,7 @@ class _Walk:
         """Contract a box until as little is left as in the search; return the passes, and whether it is empty."""
         passes: list[dict[str, Any]] = []
         empty, gains = any(low > high for low, high in ends), True
-        while not empty and gains and len(passes) < _MOST and (box.empty or _beyond(ends, box)):
+        while not empty and gains and len(passes) < _MOST and (wide := self._beyond(ends, box)):
             # The checker refuses what takes too long, so what is left stays as wide as it is.
             if self._stated.work.left < self._reserve:
                 break
@@ -243,21 +247,20 @@ class _Walk:
             )
             before = list(ends)
             empty = not contract(ends, step, known, "the box")
-            gains = _narrower(before, ends)
+            gains = any(_narrower(before[k], ends[k]) for k in wide)
         return passes, empty
 
+    def _beyond(self, ends: Ends, box: Box) -> list[int]:
+        """Return the unknowns that reach further than the search found; all if it found nothing left."""
+        lower, upper = box.left
+        found = zip(self._places, lower.tolist(), upper.tolist(), strict=True)
+        return [k for k, low, high in found if box.empty or ends[k][0] < low * ONE or ends[k][1] > high * ONE]
 
-def _narrower(before: Ends, ends: Ends) -> bool:
+
+def _narrower(before: Range, ends: Range) -> bool:
     """Return whether an unknown lost enough of its interval for a further contraction."""
-    pairs = zip(_finite(before), _finite(ends), strict=True)
-    return any((high - low) - (to - at) > _GAIN * (high - low) for (low, high), (at, to) in pairs)
-
-
-def _beyond(ends: Ends, box: Box) -> bool:
-    """Return whether ends reach further than the search found."""
-    lower, upper = box.left
-    found = zip(ends, lower.tolist(), upper.tolist(), strict=True)
-    return any(low < own_low * ONE or high > own_high * ONE for (low, high), own_low, own_high in found)
+    ((low, high),), ((at, to),) = _finite([before]), _finite([ends])
+    return (high - low) - (to - at) > _GAIN * (high - low)
 
 
 def _pass(known: Mapping[Source, Row | None], ends: Ends, groups: Sequence[Group]) -> Pass:

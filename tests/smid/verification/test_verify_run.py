@@ -184,6 +184,9 @@ def test_a_model_with_rates_a_clock_and_missing_samples(tmp_path) -> None:
     found = verify(file, data, model)
     assert found.intervals["b"] == (estimate["b"].lower, estimate["b"].upper)
     content = check.read(file)
+    # The clock is an unknown of the checker alone, and the level's begin is bounded as in the search.
+    begin = runs.read.document(content).stated.unknowns.index("h[0]")
+    assert begin in {side[0] for box in content["boxes"] for step in box.get("passes", ()) for side in step["sides"]}
     content["initial"].append([0, "h", 0, 0, 1])
     changed = tmp_path / "changed.json"
     changed.write_text(json.dumps(content), encoding="utf-8")
