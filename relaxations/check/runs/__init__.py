@@ -13,6 +13,7 @@ The modules, from the bottom:
 - :mod:`.statement`: what a file states, and of which set it proves something;
 - :mod:`.operations`, :mod:`.motion`: the operations, and rates integrated between two samples;
 - :mod:`.run`: the enclosed run, and what each sample states of a box;
+- :mod:`.terms`, :mod:`.comparison`, :mod:`.modulated`, :mod:`.narrowing`: the box narrowed without a run;
 - :mod:`.proof`: the boxes;
 - :mod:`.read`, :mod:`.report`: the file, and the printed report.
 """
@@ -22,6 +23,7 @@ from __future__ import annotations
 from relaxations.check.arithmetic import Refused
 from relaxations.check.forms import shown_name
 from relaxations.check.runs.fixed import ONE
+from relaxations.check.runs.narrowing import narrowed_by
 from relaxations.check.runs.proof import hull
 from relaxations.check.runs.read import Claim, Document, document
 
@@ -62,7 +64,7 @@ def check(content: object) -> Claim | None:
 def proven(found: Document) -> Claim | None:
     """Return the claim of a document that proves it."""
     stated, claim = found.stated, found.claim
-    left = hull(found.nodes, stated)
+    left = hull(found.nodes, stated, narrowed_by(stated, found.narrowing))
     if claim is None:
         if left is not None:
             raise Refused("the boxes that are left are not empty, so the set is not proven empty")

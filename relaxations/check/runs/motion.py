@@ -154,7 +154,7 @@ class Motion:
 
         for k in self._moving:
             entry = tape.entries[k]
-            values[k] = states[entry[1]] if entry[0] == "stage" else _at_once(entry, values, tape)
+            values[k] = states[entry[1]] if entry[0] == "stage" else at_once(entry, values, tape)
             table[k] = [values[k]]
         for i in range(order):
             if i:
@@ -169,7 +169,7 @@ class Motion:
         return found
 
 
-def _at_once(entry: Entry, values: list[Form], tape: Tape) -> Form:
+def at_once(entry: Entry, values: list[Form], tape: Tape) -> Form:
     """Return the result of an operation; where it jumps, any number between both sides."""
     match entry:
         case ("sign", a):

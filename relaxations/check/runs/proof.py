@@ -60,15 +60,15 @@ class Node:
     cut: tuple[int, int] | None
 
 
-def hull(nodes: Iterable[Node], stated: Stated) -> Box | None:
-    """Return a box that contains the set; None where the set is empty.
+def hull(nodes: Iterable[Node], stated: Stated, box: Box | None) -> Box | None:
+    """Return a box that contains the part of the set that lies in a box; None where that is empty.
 
     Raises
     ------
     Refused
         When the list of boxes does not fit their cuts.
     """
-    waiting, left = [list(stated.box)], list[Box]()
+    waiting, left = [list(box)] if box else [], list[Box]()
     for number, node in enumerate(nodes):
         if not waiting:
             raise Refused(f"box {number}: the boxes before cover the stated one, so it belongs to none")

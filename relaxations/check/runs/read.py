@@ -11,11 +11,14 @@ from typing import Any
 from relaxations.check.arithmetic import Interval, Unreadable, Work
 from relaxations.check.forms import Reader, excerpt, read_name, shown_name
 from relaxations.check.runs.affine import LARGEST, Range, between
-from relaxations.check.runs.fixed import above, below
+from relaxations.check.runs.fixed import ONE, above, below
+from relaxations.check.runs.modulated import Modulation
+from relaxations.check.runs.narrowing import Bounded, Compared, Shaved, Step
 from relaxations.check.runs.proof import Node, Pass, Side
 from relaxations.check.runs.run import BALANCES, CONSTRAINT, LINKS, Source
 from relaxations.check.runs.statement import Measured, Piece, Samples, Stated
 from relaxations.check.runs.tape import Tape
+from relaxations.check.runs.terms import Terms
 
 FORMAT = "relaxations run certificate"
 VERSION = 1
@@ -33,6 +36,8 @@ WORK_OF_RATES = 10 * WORK
 WORK_FOR_A_NUMBER = 30_000
 """And for each number of a proof."""
 
+_LONGEST_INTERVAL = 1 << 40  # seconds
+
 Claim = Mapping[str, Interval]
 
 
@@ -48,7 +53,7 @@ class Document:
         Ends of each parameter.
     claim
         Proven ends of each parameter; None: the set is empty.
-    nodes
+    narrowing, nodes
         Each is read when it is checked.
     """
 
@@ -56,6 +61,7 @@ class Document:
     content: Mapping[str, Any]
     priors: Claim
     claim: Claim | None
+    narrowing: Iterator[Step]
     nodes: Iterator[Node]
 
 
@@ -84,7 +90,7 @@ def document(content: Any) -> Document:
         "claim",
         "boxes",
     )
-    file = reader.fields(content, "the file", keys, ("origin", "pieces", "steps"))
+    file = reader.fields(content, "the file", keys, ("origin", "pieces", "steps", "narrowing"))
     model = reader.fields(
         file["model"],
         "model",
@@ -98,7 +104,9 @@ def document(content: Any) -> Document:
     reader.count = len(stated.unknowns)
     priors = _claim(reader, model["parameters"], stated, "the box of")
     claim = None if file["claim"] is None else _claim(reader, file["claim"], stated, "the claim on")
-    return Document(stated, file, priors, claim, _nodes(reader, reader.items(file["boxes"], "boxes"), stated))
+    narrowing = _narrowing(reader, reader.items(file.get("narrowing", []), "narrowing"), stated)
+    nodes = _nodes(reader, reader.items(file["boxes"], "boxes"), stated)
+    return Document(stated, file, priors, claim, narrowing, nodes)
 
 
 def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stated:
@@ -223,6 +231,8 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
         defined,
         {run.name: run.count for run in records},
         tuple(pieces),
+        tuple(Piece(e, 0, run.count, exactly[e], shown[e], {}) for e, run in enumerate(records)),
+        Terms.of({name: texts[name] for name in rates}, tape.parameters, list(parameters.values()), exact),
         begins,
         kept,
         work,
@@ -344,6 +354,78 @@ def _claim(reader: Reader, value: Any, stated: Stated, what: str) -> Claim:
     """Return ends of each parameter."""
     pairs = reader.fields(value, "the claim", stated.parameters)
     return {name: _exact_ends(reader, pairs[name], f"{what} {shown_name(name)}") for name in stated.parameters}
+
+
+def _narrowing(reader: Reader, steps: list[Any], stated: Stated) -> Iterator[Step]:
+    for number, value in enumerate(steps):
+        where = f"step {number} of the narrowing"
+        if stated.interval > _LONGEST_INTERVAL or (stated.interval * ONE).denominator > 1:
+            raise Unreadable(f"{where}: the time between samples is too long, or no whole number of units")
+        if any(stated.first[name] != 1 for name in stated.rates):
+            raise Unreadable(f"{where}: a rate reads more than one sample back")
+        yield _step(reader, value, stated, where)
+
+
+def _step(reader: Reader, value: Any, stated: Stated, where: str) -> Step:
+    if isinstance(value, dict) and "cut" in value:
+        fields = reader.fields(value, where, ("cut", "steps"))
+        parameter, end, sign = reader.items(fields["cut"], where, 3)
+        k = reader.index(parameter, where, len(stated.parameters))
+        steps = [_plain_step(reader, own, stated, where) for own in reader.items(fields["steps"], where)]
+        return Shaved(k, _limited(reader.number(end, where), where), reader.side(sign, where), steps)
+    return _plain_step(reader, value, stated, where)
+
+
+def _plain_step(reader: Reader, value: Any, stated: Stated, where: str) -> Compared | Bounded:
+    if isinstance(value, dict) and "compare" in value:
+        fields = reader.fields(value, where, ("compare", "edges", "upper", "lower"))
+        e, i = _state(reader, reader.items(fields["compare"], where, 2), stated, where)
+        edges = [_limited(reader.number(edge, where), where) for edge in reader.items(fields["edges"], where)]
+        upper, lower = (_values(reader, fields[name], stated.runs[e].count, where) for name in ("upper", "lower"))
+        return Compared(e, i, edges, upper, lower)
+    fields = reader.fields(value, where, ("bound",))
+    sides = [reader.items(side, where, 2) for side in reader.items(fields["bound"], where)]
+    count = len(stated.terms.coefficients)
+    return Bounded([(reader.index(k, where, count), _modulation(reader, m, stated, where)) for k, m in sides])
+
+
+def _state(reader: Reader, value: list[Any], stated: Stated, where: str) -> tuple[int, int]:
+    """Return an experiment and a state whose rate is a sum of products."""
+    e, i = reader.index(value[0], where, len(stated.runs)), reader.index(value[1], where, len(stated.rates))
+    if stated.terms.rate[i] is not None:
+        raise Unreadable(f"{where}: the rate of {shown_name(stated.rates[i])} is another state")
+    return e, i
+
+
+def _values(reader: Reader, value: Any, count: int, where: str) -> list[tuple[int, int]]:
+    """Return samples with a value each."""
+    pairs = reader.items(value, where)
+    if len(pairs) % 2:
+        raise Unreadable(f"{where}: a sample has no value")
+    stated = zip(pairs[::2], pairs[1::2], strict=True)
+    return [(reader.index(k, where, count), _limited(reader.number(own, where), where)) for k, own in stated]
+
+
+def _modulation(reader: Reader, value: Any, stated: Stated, where: str) -> list[Modulation]:
+    """Return a modulating function: experiment, state, sample and both ends of each interval."""
+    flat, found = reader.items(value, where), list[Modulation]()
+    if len(flat) % 5:
+        raise Unreadable(f"{where}: an interval of a modulating function is not five numbers")
+    stated.work.left += WORK_FOR_A_NUMBER * len(flat)
+    for k in range(0, len(flat), 5):
+        e, i = _state(reader, flat[k : k + 2], stated, where)
+        now = reader.index(flat[k + 2], where, stated.runs[e].count)
+        if not now:
+            raise Unreadable(f"{where}: no interval ends at sample 0")
+        found.append((e, i, now, _whole(flat[k + 3], where), _whole(flat[k + 4], where)))
+    return found
+
+
+def _limited(value: Fraction, where: str) -> int:
+    units = below(value)
+    if abs(units) > LARGEST:
+        raise Unreadable(f"{where}: a value is too large")
+    return units
 
 
 def _nodes(reader: Reader, boxes: list[Any], stated: Stated) -> Iterator[Node]:

@@ -31,6 +31,7 @@ from fractions import Fraction
 from relaxations.check.arithmetic import Work
 from relaxations.check.runs.affine import Form, Range
 from relaxations.check.runs.tape import Tape
+from relaxations.check.runs.terms import Terms
 
 Samples = list[Form | None]  # a missing sample is None
 
@@ -101,6 +102,10 @@ class Stated:
         The signals that rates or lines define.
     experiments
         Number of samples of each.
+    runs
+        All samples of each experiment, as one piece without unknowns.
+    terms
+        The rates as sums of products.
     begins
         Unknown of an initial sample, by experiment, signal and sample of the experiment.
     kept
@@ -121,6 +126,8 @@ class Stated:
     lines: tuple[str, ...]
     experiments: Mapping[str, int]
     pieces: tuple[Piece, ...]
+    runs: tuple[Piece, ...]
+    terms: Terms
     begins: Mapping[tuple[int, str, int], int]
     kept: int
     work: Work

@@ -5,7 +5,7 @@ What parameters and numbers alone decide is fixed, and computed once for each bo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property, reduce
@@ -17,6 +17,8 @@ from relaxations.check.runs.functions import FUNCTIONS
 from relaxations.check.runs.text import Node, parsed
 
 _READ = {
+    "number": 0,
+    "parameter": 0,
     "stage": 0,
     "solution": 0,
     "past": 0,
@@ -69,10 +71,15 @@ class Tape:
     @cached_property
     def shared(self) -> dict[int, int]:
         """The fixed operations that others read, numbered; but for parameters and numbers, which leave nothing over."""
-        varying = (entry for entry, fixed in zip(self.entries, self.fixed, strict=True) if not fixed)
-        read = {k for entry in varying for k in entry[1 : 1 + _READ.get(entry[0], 1)]}
+        varying = (place for place, fixed in enumerate(self.fixed) if not fixed)
+        read = {k for place in varying for k in self.read_by(place)}
         used = [k for k in sorted(read) if self.fixed[k] and self.entries[k][0] not in ("parameter", "number")]
         return {k: n for n, k in enumerate(used)}
+
+    def read_by(self, place: int) -> tuple[int, ...]:
+        """Return the places of the forms that an operation reads."""
+        kind, *read = self.entries[place]
+        return tuple(read[: _READ.get(kind, 1)])
 
     def put(self, kind: str, *places: int, more: tuple[Any, ...] = (), fixed: bool | None = None) -> int:
         """Return the place of an operation on the forms at some places, with further arguments."""
@@ -96,9 +103,7 @@ class Tape:
         In a rate, a state at ``t`` is what it is at any time during the interval; all else is held.
         """
         self._longest = 1
-        for k, name in enumerate(rates):
-            self._stages[name] = self.put("stage", more=(k,), fixed=False)
-            self.moved[self._stages[name]] = frozenset([k])
+        self.stage(rates)
         self.begins = [self.read(name, 1) for name in rates]
         self.rates = [self.write(parsed(text)) for text in rates.values()]
         self._stages = {}
@@ -113,6 +118,12 @@ class Tape:
         for k, name in enumerate(rates):
             self.define(name, self.put("solution", more=(k,), fixed=False))
         return self._longest
+
+    def stage(self, names: Iterable[str]) -> None:
+        """Put states at any time of an interval, which expressions that are written from now on read at ``t``."""
+        for k, name in enumerate(names):
+            self._stages[name] = self.put("stage", more=(k,), fixed=False)
+            self.moved[self._stages[name]] = frozenset([k])
 
     def _slope(self, place: int, kind: str, a: int, *more: Any) -> int:
         """Return the place of the derivative of a function in its argument.

@@ -15,8 +15,11 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from relaxations.check.arithmetic import Unreadable
 from relaxations.check.runs import read
+from relaxations.check.runs.affine import Range
 from relaxations.check.runs.fixed import ONE, below
+from relaxations.check.runs.narrowing import Narrowed
 from relaxations.check.runs.proof import Box as Ends
 from relaxations.check.runs.proof import Pass, Side, bound_of, contract
 from relaxations.check.runs.run import ANCHORED, BALANCES, CONSTRAINT, FREE, LINKS, Row, Source, rows
@@ -24,6 +27,9 @@ from relaxations.check.runs.statement import Stated
 from relaxations.deadline import Progress
 from smid.identification.inversion.contraction import NOTHING, Multipliers, contracted
 from smid.identification.inversion.cover import Box, Cover
+from smid.identification.inversion.frame import middle_and_half
+from smid.identification.inversion.narrowed import Steps, outwards
+from smid.identification.inversion.narrowing import Narrowing
 from smid.identification.inversion.record import KEPT, Group, Record, Rows
 from smid.verification.origin import plain_statement, samples_as_text
 
@@ -38,7 +44,7 @@ Claim = dict[str, tuple[float, float]]
 
 
 def run_certificate(
-    cover: Cover, bounds: Mapping[str, float], say: Progress
+    cover: Cover, bounds: Mapping[str, float], say: Progress, narrowing: Narrowing | None = None
 ) -> tuple[Claim | None, dict[str, Any] | None]:
     """Return the proven ends of each parameter, None where the set is proven empty, and the content of the proof.
 
@@ -50,6 +56,8 @@ def run_certificate(
         Of each noisy channel, in its unit.
     say
         Called with a line of text now and then.
+    narrowing
+        How the first box of the cover was narrowed; None where it was not.
     """
     content = {
         "format": read.FORMAT,
@@ -58,9 +66,14 @@ def run_certificate(
         "claim": None,
         "boxes": [],
     }
-    if "steps" in content:
+    stated = read.document(content).stated
+    work = stated.work.left
+    narrowed = Steps(narrowing, stated, say)
+    if "steps" in content and not narrowed.known.empty:
         content["steps"] = _steps(content, cover)
-    walk = _Walk(read.document(content).stated, cover)
+        before, stated = stated, read.document(content).stated
+        stated.work.spend(work - before.work.left)
+    walk = _Walk(stated, cover, narrowed.known)
     walk.all(say)
     claim = walk.claim
     priors = {p.name: (p.lower, p.upper) for p in cover.record.model.parameters}
@@ -68,6 +81,8 @@ def run_certificate(
         return claim, None
     content["claim"] = claim and {name: [_end(low), _end(high)] for name, (low, high) in claim.items()}
     content["boxes"] = walk.boxes
+    if narrowed.content:
+        content["narrowing"] = narrowed.content
     return claim, content
 
 
@@ -100,12 +115,14 @@ def run_statement(record: Record, bounds: Mapping[str, float]) -> dict[str, Any]
 
 def _steps(content: Mapping[str, Any], cover: Cover) -> int:
     """Return in how few steps the checker may integrate, so that the remainders widen no sample's noise by much."""
-    lower, upper = (cover.boxes or [cover.root])[0].left
-    middle = [below(Fraction(x)) for x in (0.5 * lower + 0.5 * upper).tolist()]
+    middle = [below(Fraction(x)) for x in middle_and_half(*(cover.boxes or [cover.root])[0].left)[0].tolist()]
     most, steps = int(content["steps"]), 1
     while steps < most:
         stated = read.document({**content, "steps": steps}).stated
-        known = rows(stated, [(x, x) for x in middle], [source for source in _sources(stated) if source[0] == FREE])
+        try:
+            known = rows(stated, [(x, x) for x in middle], [source for source in _sources(stated) if source[0] == FREE])
+        except Unreadable:  # more steps would take the checker even longer
+            break
         reaches = ((row, 2 * (1 + _REMAINDER) * stated.bounds[source[2]]) for source, row in known.items())
         if all(row is not None and row.high - row.low <= widest for row, widest in reaches):
             break
@@ -140,8 +157,8 @@ def _sources(stated: Stated) -> list[Source]:
 class _Walk:
     """Walks through the boxes of a cover with the checker's enclosures."""
 
-    def __init__(self, stated: Stated, cover: Cover) -> None:
-        self._stated, self._root = stated, cover.root
+    def __init__(self, stated: Stated, cover: Cover, known: Narrowed) -> None:
+        self._stated, self._root, self._known = stated, cover.root, known
         self._sources = _sources(stated)
         signals, parts = cover.record.tape.signals, cover.record.cut.parts
         self._sources += [
@@ -150,7 +167,10 @@ class _Walk:
             for k, piece in enumerate(parts)
             for own, now, _ in piece.links.tolist()
         ]
-        self._groups = cover.record.groups(np.ones(len(stated.box), dtype=bool))
+        # The checker has further unknowns, such as where a clock begins.
+        self._places = [stated.unknowns.index(name) for name in cover.record.names]
+        groups = cover.record.groups(np.ones(len(self._places), dtype=bool))
+        self._groups = [Group(tuple(self._places[k] for k in group.unknowns), group.pieces) for group in groups]
         self.boxes: list[dict[str, Any]] = []
         self.left: list[Ends] = []
         self._halvings, self._reserve = _HALVINGS, stated.work.left // 4
@@ -163,15 +183,15 @@ class _Walk:
         names = self._stated.parameters
         return {
             name: (
-                _outwards(min(box[k][0] for box in self.left), -1),
-                _outwards(max(box[k][1] for box in self.left), 1),
+                outwards(min(box[k][0] for box in self.left), -1),
+                outwards(max(box[k][1] for box in self.left), 1),
             )
             for k, name in enumerate(names)
         }
 
     def all(self, say: Progress) -> None:
         """Walk through all boxes, depth first."""
-        waiting: list[tuple[Box, Ends]] = [(self._root, list(self._stated.box))]
+        waiting: list[tuple[Box, Ends]] = [] if self._known.empty else [(self._root, self._known.ends)]
         while waiting:
             box, ends = waiting.pop()
             node: dict[str, Any] = {}
@@ -184,7 +204,7 @@ class _Walk:
             if empty:
                 continue
             # What the search proved empty and this does not is halved, and is empty as before.
-            cut = box.cut or (self._halving(ends) if box.empty else None)
+            cut = (self._places[box.cut[0]], box.cut[1]) if box.cut else self._halving(ends) if box.empty else None
             if cut is None:
                 self.left.append(ends)
                 continue
@@ -208,11 +228,14 @@ class _Walk:
         """Contract a box until as little is left as in the search; return the passes, and whether it is empty."""
         passes: list[dict[str, Any]] = []
         empty, gains = any(low > high for low, high in ends), True
-        while not empty and gains and len(passes) < _MOST and (box.empty or _beyond(ends, box)):
+        while not empty and gains and len(passes) < _MOST and (wide := self._beyond(ends, box)):
             # The checker refuses what takes too long, so what is left stays as wide as it is.
             if self._stated.work.left < self._reserve:
                 break
-            known = rows(self._stated, ends, self._sources)
+            try:
+                known = rows(self._stated, ends, self._sources)
+            except Unreadable:
+                break
             step = _pass(known, ends, self._groups)
             if not (step.sources or step.sides):
                 break
@@ -224,21 +247,20 @@ class _Walk:
             )
             before = list(ends)
             empty = not contract(ends, step, known, "the box")
-            gains = _narrower(before, ends)
+            gains = any(_narrower(before[k], ends[k]) for k in wide)
         return passes, empty
 
+    def _beyond(self, ends: Ends, box: Box) -> list[int]:
+        """Return the unknowns that reach further than the search found; all if it found nothing left."""
+        lower, upper = box.left
+        found = zip(self._places, lower.tolist(), upper.tolist(), strict=True)
+        return [k for k, low, high in found if box.empty or ends[k][0] < low * ONE or ends[k][1] > high * ONE]
 
-def _narrower(before: Ends, ends: Ends) -> bool:
+
+def _narrower(before: Range, ends: Range) -> bool:
     """Return whether an unknown lost enough of its interval for a further contraction."""
-    pairs = zip(_finite(before), _finite(ends), strict=True)
-    return any((high - low) - (to - at) > _GAIN * (high - low) for (low, high), (at, to) in pairs)
-
-
-def _beyond(ends: Ends, box: Box) -> bool:
-    """Return whether ends reach further than the search found."""
-    lower, upper = box.left
-    found = zip(ends, lower.tolist(), upper.tolist(), strict=True)
-    return any(low < own_low * ONE or high > own_high * ONE for (low, high), own_low, own_high in found)
+    ((low, high),), ((at, to),) = _finite([before]), _finite([ends])
+    return (high - low) - (to - at) > _GAIN * (high - low)
 
 
 def _pass(known: Mapping[Source, Row | None], ends: Ends, groups: Sequence[Group]) -> Pass:
@@ -287,15 +309,6 @@ def _side(m: Multipliers, places: dict[Source, int]) -> Side:
         if whole:
             terms.append((places.setdefault((run, e, n, now), len(places)), whole))
     return Side(None if m.unknown == NOTHING else m.unknown, m.sign, shift, terms)
-
-
-def _outwards(end: int | float, side: int) -> float:
-    """Return an end in units as a float, rounded outwards."""
-    if not isinstance(end, int):
-        return end
-    nearest = end / ONE
-    inside = Fraction(nearest) * ONE > end if side < 0 else Fraction(nearest) * ONE < end
-    return math.nextafter(nearest, side * math.inf) if inside else nearest
 
 
 def _end(value: float) -> str | None:

@@ -273,7 +273,7 @@ class Comparison:
         self._terms, self._data, self._h = terms, data, h
         self._jumps: dict[int, Array] = {}
 
-    def __call__(self, box: Array, coefficients: Intervals, states: States) -> States:
+    def __call__(self, box: Array, coefficients: Intervals, states: States, passes: int = _PASSES) -> States:
         """Return narrower bounds of the states; empty ones where no parameters in the box explain these.
 
         Parameters
@@ -284,7 +284,7 @@ class Comparison:
             Their values over the box.
         """
         at, during = (Intervals(own.lower.copy(), own.upper.copy()) for own in (states.at, states.during))
-        for _ in range(_PASSES):
+        for _ in range(passes):
             for i, own in enumerate(self._terms.rates):
                 if own:
                     self._bounded(i, box, coefficients, at, during)
@@ -302,8 +302,7 @@ class Comparison:
         if self._terms.alone[i]:
             during.lower[i] = np.maximum(during.lower[i], np.minimum(low[:-1], low[1:]))
             during.upper[i] = np.minimum(during.upper[i], np.maximum(high[:-1], high[1:]))
-        # Found once: they only place the cells.
-        kinks = self._jumps[i] if i in self._jumps else self._jumps.setdefault(i, self._kinks(i, box, scale))
+        kinks = self._kinks(i, box, scale)
         starts, edges = np.zeros(n, dtype=np.int64), np.empty((n - 1) * (2 * _OCTAVES + len(kinks) + _PARTS + 2))
         _cut(during.lower[i], during.upper[i], kinks, scale, starts, edges)
         edges = edges[: starts[-1] + n - 1]
@@ -349,8 +348,22 @@ class Comparison:
         known = ends.magnitude[np.isfinite(ends.magnitude)]
         return float(known.max(initial=0.0)) or 1.0
 
+    def edges(self, i: int, box: Array, at: Intervals) -> list[float]:
+        """Return edges of cells that follow from the rate of a state and its size."""
+        scale = self._scale(i, at)
+        sizes = scale * 2.0 ** (_OCTAVES // 2 - np.arange(float(_OCTAVES)))
+        return sorted({*self._kinks(i, box, scale).tolist(), *sizes.tolist(), *(-sizes).tolist()})
+
     def _kinks(self, i: int, box: Array, scale: float) -> Array:
-        """Return the edges of narrow cells in which a rate jumps, wherever the other states are."""
+        """Return the edges of narrow cells in which a rate jumps, wherever the other states are.
+
+        They are found once: they only place the cells.
+        """
+        if i not in self._jumps:
+            self._jumps[i] = self._found_kinks(i, box, scale)
+        return self._jumps[i]
+
+    def _found_kinks(self, i: int, box: Array, scale: float) -> Array:
         sizes = scale * 2.0 ** (_OCTAVES // 2 - np.arange(_OCTAVES + 1.0))
         edges = np.concatenate([[-np.inf], -sizes, sizes[::-1], [np.inf]])
         waiting = np.column_stack([edges[:-1], edges[1:]])

@@ -34,7 +34,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.arrays import Array, Mask
+from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from relaxations.algebra.intervals import Intervals
 from smid.identification.inversion.comparison import States
@@ -42,7 +42,10 @@ from smid.identification.inversion.frame import middle_and_half
 from smid.identification.inversion.record import Rows
 from smid.identification.inversion.terms import Term, Terms
 
-__all__ = ["Integrals"]
+__all__ = ["CHANGE", "Integrals"]
+
+CHANGE = -1
+"""In place of the end of a window: the row is the moment of a state in the interval."""
 
 _MOST_CUTS = 16
 """Samples of a stretch in which a slope does not change, between which the rates are integrated."""
@@ -79,6 +82,7 @@ class _Term:
 class Integrals:
     """The rows of an experiment.
 
+    In place of a source each has a 0 for the experiment, its state, and the window of intervals, or one and `CHANGE`.
     The unknowns are the parameters, the coefficients, the states at the samples, and the moments of the states.
     """
 
@@ -108,20 +112,20 @@ class Integrals:
         unsure = coefficients.upper - coefficients.lower > 2 * _DOUBT * coefficients.magnitude
         for i, own in enumerate(terms.rates):
             if terms.rate[i] >= 0:
-                rows.equal(self._change(i) - self._mean(terms.rate[i], by_rate=False) * h)
+                places = _places(terms.rate[i], [(k, CHANGE) for k in range(n - 1)])
+                rows.equal(self._change(i) - self._mean(terms.rate[i], by_rate=False) * h, places)
             if own:
                 integrals = [
                     self._integrated(term, functions, jumps, around, means, middle, rates, states) for term in own
                 ]
                 doubtful = [term for term in integrals if len(term.slopes.data) and unsure[term.coefficient]]
-                windows = _windows(n - 1, [(k, k + 1) for k in range(n - 1)])
-                self._balances(i, integrals, windows, unsure & False, coefficients, rows)
+                single = [(k, k + 1) for k in range(n - 1)]
+                self._balances(i, integrals, single, unsure & False, coefficients, rows)
                 if doubtful:
                     longer = [pair for term in doubtful for pair in term.stretches]
-                    windows = _windows(n - 1, sorted({*((k, k + 1) for k in range(n - 1)), *longer}))
-                    self._balances(i, integrals, windows, unsure, coefficients, rows)
+                    self._balances(i, integrals, sorted({*single, *longer}), unsure, coefficients, rows)
                 if doubtful and longer:
-                    self._balances(i, integrals, _windows(n - 1, longer), unsure & False, coefficients, rows)
+                    self._balances(i, integrals, longer, unsure & False, coefficients, rows)
         return rows.done(), lower, upper
 
     def _at(self, i: int, k: int) -> int:
@@ -242,13 +246,13 @@ class Integrals:
         self,
         i: int,
         integrals: list[_Term],
-        windows: sparse.csr_array,
+        pairs: list[tuple[int, int]],
         blurred: Mask,
         coefficients: Intervals,
         rows: _Rows,
     ) -> None:
         """Add the rows of windows, with linear parts about the middles of the coefficients or, blurred, in these."""
-        first = self._begin - len(coefficients.lower)
+        first, windows = self._begin - len(coefficients.lower), _windows(self._n - 1, pairs)
         middle, half = middle_and_half(coefficients.lower, coefficients.upper)
         exact, free, rest = windows @ self._change(i), np.zeros(windows.shape[0]), np.zeros(windows.shape[0])
         bounds = list[tuple[int, Intervals]]()
@@ -267,7 +271,7 @@ class Integrals:
                     free = free + middle[j] * shift
                     rest = rest + part.magnitude * half[j] * (1 + 8 * EPSILON)
             bounds.append((first + j, constant))
-        rows.within(exact, bounds, free - rest, free + rest)
+        rows.within(exact, bounds, free - rest, free + rest, _places(i, pairs))
 
 
 class _Rows:
@@ -287,12 +291,14 @@ class _Rows:
         around = abs(slopes) @ self._half + self._rounding(slopes) * size
         return slopes @ self._middle + shift, np.where(np.isfinite(around), around, np.inf)
 
-    def equal(self, slopes: sparse.csr_array) -> None:
+    def equal(self, slopes: sparse.csr_array, places: Index) -> None:
         """Add rows ``slopes @ unknowns = 0``."""
         zero = np.zeros(slopes.shape[0])
-        self._add(slopes, zero, zero)
+        self._add(slopes, zero, zero, places)
 
-    def within(self, slopes: sparse.csr_array, bounds: list[tuple[int, Intervals]], least: Array, most: Array) -> None:
+    def within(
+        self, slopes: sparse.csr_array, bounds: list[tuple[int, Intervals]], least: Array, most: Array, places: Index
+    ) -> None:
         """Add ``least <= slopes @ unknowns - (sum of unknowns times numbers within bounds) <= most``."""
         count = slopes.shape[0]
         # Of an unknown with one sign an end of the bounds is taken, of others the middle.
@@ -314,17 +320,18 @@ class _Rows:
             total = sparse.csr_array(sum(own[1:], start=own[0]))
             free = np.nan_to_num(free, nan=side * np.inf)
             infinite = np.full(count, np.inf)
-            self._add(total, *((-infinite, free) if side > 0 else (free, infinite)))
+            least_now, most_now = (-infinite, free) if side > 0 else (free, infinite)
+            self._add(total, least_now, most_now, places)
 
     def _rounding(self, slopes: sparse.csr_array) -> Array:
         return (np.diff(slopes.indptr) + 16) * 4 * EPSILON
 
-    def _add(self, slopes: sparse.csr_array, least: Array, most: Array) -> None:
+    def _add(self, slopes: sparse.csr_array, least: Array, most: Array, places: Index) -> None:
         """Add ``least <= slopes @ unknowns <= most``, each end rounded outwards."""
         slopes.eliminate_zeros()
         size = _times(abs(slopes), np.where(self._known, self._size, np.inf))
         kept = np.flatnonzero(np.isfinite(size) & (np.isfinite(least) | np.isfinite(most)))
-        slopes, least, most, size = slopes[kept], least[kept], most[kept], size[kept]
+        slopes, least, most, size, places = slopes[kept], least[kept], most[kept], size[kept], places[kept]
         scaled = sparse.csr_array(slopes @ sparse.diags_array(self._half))
         centre, reach = slopes @ self._middle, np.asarray(abs(scaled).sum(axis=1))
         slack = self._rounding(slopes) * (size + np.abs(centre)) + TINY
@@ -334,11 +341,16 @@ class _Rows:
         middle = 0.5 * low + 0.5 * high
         radius = (np.maximum(high - middle, middle - low)) * (1 + 8 * EPSILON) + 4 * EPSILON * np.abs(middle)
         useful = np.abs(centre - middle) + reach > radius
-        self._parts.append(Rows.of(scaled[useful], (centre - middle)[useful], radius[useful]))
+        self._parts.append(Rows.of(scaled[useful], (centre - middle)[useful], radius[useful], places[useful]))
 
     def done(self) -> Rows:
         """Return all rows."""
         return Rows.joined(self._parts)
+
+
+def _places(state: int, pairs: list[tuple[int, int]]) -> Index:
+    """Return the places of rows in the first experiment."""
+    return np.array([(0, state, begin, end) for begin, end in pairs], dtype=np.int64).reshape(-1, 4)
 
 
 def _column(k: int, values: Array, width: int) -> sparse.csr_array:

@@ -142,7 +142,9 @@ class Inverted:
 
     def certified(self, found: Enclosed) -> Certified:
         """Return the certificate of the cover, and what was found with the ends that its checker proves."""
-        claim, content = run_certificate(self.cover, self.bounds, self.settings.progress or (lambda _: None))
+        claim, content = run_certificate(
+            self.cover, self.bounds, self.settings.progress or (lambda _: None), self._narrowing
+        )
         own = () if content is None else (content,)
         if claim is None or found.enclosure is None:
             return Certified(found, own)

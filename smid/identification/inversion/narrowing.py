@@ -24,18 +24,20 @@ from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from relaxations.algebra.intervals import Intervals
 from relaxations.deadline import check_time
 from smid.identification.inversion.comparison import Comparison, States
-from smid.identification.inversion.contraction import contracted
+from smid.identification.inversion.contraction import Contraction, contracted
 from smid.identification.inversion.frame import middle_and_half
 from smid.identification.inversion.integrals import Integrals
 from smid.identification.inversion.record import Group, Record, Rows
 from smid.identification.inversion.terms import Program, Terms
 
-__all__ = ["Narrowed", "Narrowing"]
+__all__ = ["SLICES", "TRIES", "Narrowed", "Narrowing"]
 
 _WORTH = 0.02  # a round takes at least this share of a width
 _SURE = 0.05  # a parameter that is known as well is not shaved
-_SLICES = (0.5, 0.25, 0.125, 0.0625)  # shares of an interval, one tried after the other
-_TRIES = 2  # rounds for a slice
+SLICES = (0.5, 0.25, 0.125, 0.0625)
+"""Shares of an interval, one tried after the other to be cut off."""
+TRIES = 2
+"""Rounds for a slice."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +85,7 @@ class Narrowing:
     """
 
     def __init__(self, record: Record, terms: Terms, bounds: Mapping[str, float]) -> None:
-        model, self._record, self._terms = record.model, record, terms
+        model, self._record, self.terms = record.model, record, terms
         self._names, self._runs = tuple(p.name for p in model.parameters), record.data.experiments
         self._shown = [
             (terms.states.index(m.signal), m.channel, bounds[m.channel] if m.noise is not None else 0.0)
@@ -93,7 +95,7 @@ class Narrowing:
         h = float(model.sampling_time or record.data.sampling_time)
         channels = terms.functions.channels
         read = [np.array([run.values[name] for name in channels]).reshape(-1, run.n_samples) for run in self._runs]
-        self._comparisons = [Comparison(terms, own, h) for own in read]
+        self.comparisons = [Comparison(terms, own, h) for own in read]
         self._integrals = [Integrals(terms, len(self._names), own, h) for own in read]
         self._constraints = Program.of(list(model.constraints), self._names, ())
 
@@ -137,9 +139,9 @@ class Narrowing:
         for piece in self._record.cut.parts:
             at = known.states[piece.experiment].at
             for signal, now in np.argwhere(piece.initial >= 0).tolist():
-                if (name := signals[signal]) in self._terms.states:
+                if (name := signals[signal]) in self.terms.states:
                     place = piece.unknowns[piece.initial[signal, now]]
-                    ends = at[self._terms.states.index(name), piece.first + now]
+                    ends = at[self.terms.states.index(name), piece.first + now]
                     lower[place], upper[place] = ends.lower, ends.upper
         return lower, upper
 
@@ -147,11 +149,11 @@ class Narrowing:
         """Return what is known beforehand."""
         count = len(self._names)
         box = np.column_stack([self._record.lower[:count], self._record.upper[:count]])
-        nothing = Intervals.within(np.full(len(self._terms.coefficients), np.inf))
+        nothing = Intervals.within(np.full(len(self.terms.coefficients), np.inf))
         return Narrowed(box, self._products(box, nothing), tuple(map(self._measured, range(len(self._runs)))))
 
     def _measured(self, e: int) -> States:
-        n, count = self._runs[e].n_samples, len(self._terms.states)
+        n, count = self._runs[e].n_samples, len(self.terms.states)
         at, during = (Intervals.within(np.full((count, size), np.inf)) for size in (n, n - 1))
         for i, channel, reach in self._shown:
             values = Intervals.of(self._runs[e].values[channel]) + Intervals.within(reach)
@@ -159,8 +161,8 @@ class Narrowing:
             both = at[i].meet(values).where(told, at[i])
             at.lower[i], at.upper[i] = both.lower, both.upper
         for name, ends in self._record.model.bounds.items():
-            if name in self._terms.states:
-                i = self._terms.states.index(name)
+            if name in self.terms.states:
+                i = self.terms.states.index(name)
                 both = at[i].meet(Intervals.of(*ends))
                 at.lower[i], at.upper[i] = both.lower, both.upper
         return States(at, during)
@@ -172,7 +174,7 @@ class Narrowing:
             before = known.width
             states = tuple(
                 compare(known.box, known.products, own)
-                for compare, own in zip(self._comparisons, known.states, strict=True)
+                for compare, own in zip(self.comparisons, known.states, strict=True)
             )
             known = replace(known, states=states)
             if not known.empty:
@@ -186,31 +188,61 @@ class Narrowing:
         """Cut off slices that are proven empty, one after the other."""
         for k in range(len(self._names)):
             for side in (0, 1):
-                for share in _SLICES:
-                    while (cut := _cut(found.box[k], side, share)) is not None:
-                        slice_, rest = (found.box.copy() for _ in range(2))
-                        slice_[k, 1 - side] = rest[k, side] = cut
-                        tried = islice(self._rounds(self._within(found, slice_)), _TRIES)
-                        if not any(known.empty for known in tried):
-                            break
+                for share in SLICES:
+                    while (cut := self.empty_slice(found, k, side, share)) is not None:
+                        rest = found.box.copy()
+                        rest[k, side] = cut
                         found = self._within(found, rest)
                         yield found
+
+    def empty_slice(self, known: Narrowed, k: int, side: int, share: float) -> float | None:
+        """Return where to cut a slice off an end of a parameter; None if it is not proven empty.
+
+        Parameters
+        ----------
+        side
+            0: the lower end; 1: the upper one.
+        share
+            Of the interval.
+        """
+        cut = _cut(known.box[k], side, share)
+        if cut is None:
+            return None
+        box = known.box.copy()
+        box[k, 1 - side] = cut
+        tried = islice(self._rounds(self._within(known, box)), TRIES)
+        return cut if any(own.empty for own in tried) else None
 
     def _within(self, known: Narrowed, box: Array) -> Narrowed:
         return replace(known, box=box, products=self._products(box, known.products))
 
     def _products(self, box: Array, known: Intervals) -> Intervals:
-        forms = self._terms.values.affine(box)
+        forms = self.terms.values.affine(box)
         return known.meet(Intervals(forms[:, LOW], forms[:, HIGH]))
 
     def _bounded(self, known: Narrowed, targets: Sequence[int]) -> Narrowed:
         """Return what linear programs prove of some parameters or products."""
+        result, count = self.contraction(known, targets), len(known.box)
+        if result is None or result.empty:
+            return known.none
+        shared = count + len(known.products.lower)
+        box = np.column_stack([result.lower[:count], result.upper[:count]])
+        products = Intervals(result.lower[count:shared], result.upper[count:shared])
+        box = self._divided(box, products)
+        return replace(known, box=box, products=self._products(box, products))
+
+    def contraction(self, known: Narrowed, targets: Sequence[int]) -> Contraction | None:
+        """Return what linear programs prove of some parameters or products; None where no run has such states.
+
+        The sources of a row are its experiment, state and window, as in :class:`.integrals.Integrals`.
+        """
         count, own = len(known.box), len(known.products.lower)
         found = list[tuple[Rows, Array, Array]]()
-        for integrals, states in zip(self._integrals, known.states, strict=True):
+        for e, (integrals, states) in enumerate(zip(self._integrals, known.states, strict=True)):
             part = integrals.rows(known.box, known.products, states)
             if part is None:
-                return known.none
+                return None
+            part[0].sources[:, 0] = e
             found.append(part)
         shared = count + own
         lower = np.concatenate([found[0][1][:shared], *(low[shared:] for _, low, _ in found)])
@@ -222,17 +254,11 @@ class Narrowing:
             begin += len(low) - shared
         rows += [self._linked(known, len(lower)), self._constrained(known, len(lower))]
         free = tuple(k for k in targets if lower[k] < upper[k])
-        result = contracted(Rows.joined(rows), lower, upper, [Group(free, None)])
-        if result.empty:
-            return known.none
-        box = np.column_stack([result.lower[:count], result.upper[:count]])
-        products = Intervals(result.lower[count:shared], result.upper[count:shared])
-        box = self._divided(box, products)
-        return replace(known, box=box, products=self._products(box, products))
+        return contracted(Rows.joined(rows), lower, upper, [Group(free, None)])
 
     def _linked(self, known: Narrowed, width: int) -> Rows:
         """Return the rows between products and parameters."""
-        forms, count = self._terms.values.affine(known.box), len(known.box)
+        forms, count = self.terms.values.affine(known.box), len(known.box)
         middle, half = middle_and_half(known.products.lower, known.products.upper)
         slopes = np.column_stack([-forms[:, SLOPES:], np.diag(half)])
         centre = middle - forms[:, CENTRE]
@@ -250,7 +276,7 @@ class Narrowing:
     def _divided(self, box: Array, products: Intervals) -> Array:
         """Bound the factors of products by the products and the other factors, where these are positive."""
         box = box.copy()
-        for k, product in enumerate(self._terms.coefficients):
+        for k, product in enumerate(self.terms.coefficients):
             factors = [str(factor) for factor in sympy.Mul.make_args(product)]
             if not (set(factors) <= set(self._names) and len(set(factors)) == len(factors)):
                 continue

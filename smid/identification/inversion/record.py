@@ -79,9 +79,10 @@ class Rows:
     impossible: int
 
     @staticmethod
-    def of(slopes: sparse.csr_array, centre: Array, radius: Array) -> Rows:
-        """Return rows without a place in a certificate."""
-        return Rows(centre, radius, slopes, np.zeros((len(centre), 4), dtype=np.int64), -1)
+    def of(slopes: sparse.csr_array, centre: Array, radius: Array, sources: Index | None = None) -> Rows:
+        """Return rows that are possible, by default without a place in a certificate."""
+        nowhere = np.zeros((len(centre), 4), dtype=np.int64)
+        return Rows(centre, radius, slopes, nowhere if sources is None else sources, -1)
 
     @staticmethod
     def joined(parts: Sequence[Rows]) -> Rows:

@@ -186,7 +186,8 @@ def test_a_cut_anywhere_covers_its_box() -> None:
     for value in (-5, 0, 1, 4, 9, "1/3"):
         content = changed("boxes", to=[{"cut": [0, value]}, DOUBLE["boxes"][0], DOUBLE["boxes"][0]])
         # The multipliers were made for the whole box, and give weaker ends on a part; they never give false ones.
-        (low, high), *_ = hull(read_run.document(content).nodes, read_run.document(content).stated)
+        document = read_run.document(content)
+        (low, high), *_ = hull(document.nodes, document.stated, list(document.stated.box))
         assert low <= ONE // 2 <= high
 
 
@@ -288,7 +289,7 @@ def test_no_multipliers_exclude_the_truth(found) -> None:
     content, truth = found
     document = read_run.document(content)
     try:
-        box = hull(document.nodes, document.stated)
+        box = hull(document.nodes, document.stated, list(document.stated.box))
     except Refused:
         return  # a row of which nothing is known
     assert box is not None

@@ -144,6 +144,26 @@ def test_a_box_that_one_contraction_does_not_empty_is_halved(monkeypatch) -> Non
     assert runs.check(content) is None
 
 
+def test_a_contraction_beyond_the_limit_of_the_checker_is_left_out(monkeypatch) -> None:
+    model, data = record("square-root tank")
+    cover = Cover(Record(model, data, {"y": BOUND}), 0.05)
+    while not cover.done:
+        cover.step()
+    whole, _ = certificate.run_certificate(cover, {"y": BOUND}, print)
+    monkeypatch.setattr(runs.read, "WORK", 50_000)
+    claim, content = certificate.run_certificate(cover, {"y": BOUND}, print)
+    assert runs.check(content) is not None
+    for parameter in model.parameters:
+        (low, high), (best_low, best_high) = claim[parameter.name], whole[parameter.name]
+        assert parameter.lower <= low <= best_low < best_high <= high <= parameter.upper
+        assert high - low > best_high - best_low
+    # Where even the first one is, nothing is proven.
+    monkeypatch.setattr(runs.read, "WORK", 10_000)
+    claim, content = certificate.run_certificate(cover, {"y": BOUND}, print)
+    assert content is None
+    assert claim == {p.name: (p.lower, p.upper) for p in model.parameters}
+
+
 def test_a_model_with_rates_a_clock_and_missing_samples(tmp_path) -> None:
     h, k = signal("h"), signal("k")
     clock = Line(k[t], k[t - 1] + 0.05)
@@ -164,6 +184,9 @@ def test_a_model_with_rates_a_clock_and_missing_samples(tmp_path) -> None:
     found = verify(file, data, model)
     assert found.intervals["b"] == (estimate["b"].lower, estimate["b"].upper)
     content = check.read(file)
+    # The clock is an unknown of the checker alone, and the level's begin is bounded as in the search.
+    begin = runs.read.document(content).stated.unknowns.index("h[0]")
+    assert begin in {side[0] for box in content["boxes"] for step in box.get("passes", ()) for side in step["sides"]}
     content["initial"].append([0, "h", 0, 0, 1])
     changed = tmp_path / "changed.json"
     changed.write_text(json.dumps(content), encoding="utf-8")

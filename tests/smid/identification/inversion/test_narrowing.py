@@ -10,9 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from relaxations.check import Refused
+from relaxations.check.runs import read
+from relaxations.check.runs.fixed import ONE
+from relaxations.check.runs.narrowing import narrowed_by
 from smid import Dataset, EmptyFeasibleSetError, ModelError, OwnModel, identify
 from smid.fitting.binding import bind
+from smid.identification.inversion.certificate import run_statement
 from smid.identification.inversion.frame import middle_and_half
+from smid.identification.inversion.narrowed import Steps
 from smid.identification.inversion.narrowing import Narrowing
 from smid.identification.inversion.record import Record
 from smid.identification.inversion.terms import Terms
@@ -132,7 +138,7 @@ def test_the_true_arm_keeps_every_bound_and_every_row(seed, theta, b, wd, extra,
         true = np.concatenate(
             [
                 [values[k] for k in names],
-                [float(product.subs(symbols)) for product in narrowing._terms.coefficients],
+                [float(product.subs(symbols)) for product in narrowing.terms.coefficients],
                 motion.T.ravel(),
                 np.zeros(len(u) - 1),
                 0.5 * (motion[1:, 1] + motion[:-1, 1]) - np.diff(motion[:, 0]) / H,
@@ -172,6 +178,32 @@ def test_a_prior_without_the_arm_and_a_disturbed_record_are_proven_infeasible():
     disturbed = Dataset.from_arrays(input=data.values(data.input), output=shaken, sampling_time=H)
     with pytest.raises(EmptyFeasibleSetError, match="extend the model"):
         prove_arm(disturbed, 0.002, prior=NEAR)
+
+
+def test_the_checker_takes_the_steps_again_and_refuses_other_slices():
+    data, motion = arm_record(creeping(50), 0.002, 1)
+    bounds = {data.outputs[0]: 0.002}
+    prior = {"theta": (20, 23), "b": (0.002, 0.004), "Wd": (0.3, 0.6), "Ws": (0, 10)}
+    record = Record(bind(white_law(prior), data), data, bounds)
+    statement = {"format": read.FORMAT, "version": read.VERSION, **run_statement(record, bounds), "boxes": []}
+    content = {**statement, "claim": None}
+    steps = Steps(Narrowing.of(record, bounds), read.document(content).stated, lambda _: None)
+
+    def ends(narrowing):
+        document = read.document({**content, "narrowing": narrowing})
+        return narrowed_by(document.stated, document.narrowing)
+
+    assert ends(steps.content) == steps.known.ends
+    for name, (low, high) in zip([p.name for p in record.model.parameters], steps.known.box, strict=True):
+        assert low <= ARM[name] * ONE <= high
+    (tube,) = steps.known.tubes
+    for own, values in zip(tube, motion.T.tolist(), strict=True):
+        assert all(low <= x * ONE <= high for low, x, high in zip(own.low, values, own.high, strict=True))
+    # The friction at rest is shaved.
+    (first, *_) = [k for k, step in enumerate(steps.content) if "cut" in step]
+    for change in ({"steps": []}, {"cut": [*steps.content[first]["cut"][:2], -steps.content[first]["cut"][2]]}):
+        with pytest.raises(Refused):
+            ends([*steps.content[:first], {**steps.content[first], **change}])
 
 
 @pytest.mark.parametrize("start", [(0.2, 0.0), (3.0, -1.0)])
