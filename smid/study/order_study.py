@@ -127,7 +127,8 @@ def order_study(
         "settings": {**vars(settings), "methods": objects},
         "versions": computing_versions(),
     }
-    local = Pool(lambda: local_workers(workers), 2 * workers)
+    needed = min(workers, len(jobs))
+    local = Pool(lambda: local_workers(needed), 2 * needed)
     pool = local if executor is None else Pool(lambda: nullcontext(executor), None)
     with open_store(None if folder is None else Path(folder), subject, resume) as store:
         found, interrupted = _run(jobs, pool, store, spoken(progress))
