@@ -16,6 +16,9 @@ OLDEST := .venv-oldest/ready.stamp
 # One thread per process: two workers on two cores do not fight, and timings can be compared.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 RAYON_NUM_THREADS=1
 
+# Containers often set it: then each process that a test starts compiles all of smid again.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-kernels test-oldest check docs bench notebooks clean

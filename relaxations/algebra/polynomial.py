@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.ball_arithmetic import Balls, concatenate
@@ -284,6 +285,24 @@ class Polynomials:
             none = np.zeros(0, dtype=np.int64)
             return none, none, np.zeros(0)
         return np.concatenate(rows), np.concatenate(columns), np.concatenate(values)
+
+    def slopes(self, point: Array) -> sparse.csr_matrix:
+        """Return the derivatives at a point as a matrix of shape (n_rows, len(point)).
+
+        >>> Polynomials.from_terms([{(0, 0, 1): 2.0}]).slopes(np.array([3.0, 5.0])).toarray()
+        array([[60., 18.]])
+        """
+        starts, columns, places = self._pattern
+        values = np.bincount(places, self.jacobian(point)[2], len(columns))
+        return sparse.csr_matrix((values, columns, starts), shape=(self.n_rows, len(point)))
+
+    @cached_property
+    def _pattern(self) -> tuple[Index, Index, Index]:
+        """Where each row of the matrix of derivatives starts, its columns, and the place of each triplet."""
+        rows, columns, _ = self.jacobian(np.zeros(int(self.factors.max(initial=-1)) + 1))
+        pairs, places = np.unique(np.stack([rows, columns], axis=1), axis=0, return_inverse=True)
+        starts = np.searchsorted(pairs[:, 0], np.arange(self.n_rows + 1))
+        return starts.astype(np.int32), pairs[:, 1].astype(np.int32), places.reshape(-1)
 
     def at_zero(self, variables: Index, n_variables: int) -> Polynomials:
         """Return the polynomials with some variables set to zero, and the other variables numbered anew."""

@@ -8,12 +8,14 @@ noise, the sparse program is solved.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import spsolve_triangular
 
+from relaxations.algebra.affine_arithmetic import compiling
 from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import check_time, remaining
@@ -24,17 +26,32 @@ from relaxations.problem.problem import PolynomialProblem
 # it costs one candidate of the search.
 _LONGEST = 5.0  # seconds
 _FEW = 30  # unknowns of a dense program, at most
+_LEAST = 1e-12  # divisor in a definition
+
+compiled = compiling(__file__)
 
 
 @dataclass(frozen=True)
-class _Program:
-    """Minimise ``cost @ d`` where ``equal @ d = right``, ``rows @ d <= limits`` and ``lower <= d <= upper``."""
+class _Linearised:
+    """Minimise ``cost @ d`` where ``equal @ d = right``, ``unequal @ d <= limits`` and ``lower <= d <= upper``."""
 
     cost: Array
     equal: sparse.csr_matrix
     right: Array
-    rows: sparse.csr_matrix | Array
+    unequal: sparse.csr_matrix
     limits: Array
+    lower: Array
+    upper: Array
+
+
+@dataclass(frozen=True)
+class _Program:
+    """Minimise ``cost @ d`` where ``low <= rows @ d <= high`` and ``lower <= d <= upper``."""
+
+    cost: Array
+    rows: sparse.csr_array
+    low: Array
+    high: Array
     lower: Array
     upper: Array
 
@@ -63,61 +80,85 @@ def linear_step(
     upper[complicating] = np.minimum(upper[complicating], base[complicating] + radius)
     lower[complicating] = np.minimum(lower[complicating], upper[complicating])
     # Linearise objective and constraints at the point.
-    cost = _linearised(objective, base)[0].toarray().ravel()
-    equal, value = _linearised(problem.equalities, base)
-    unequal, slack = _linearised(problem.inequalities, base)
-    program = _Program(cost, equal, -value, -unequal, slack - margin, lower - base, upper - base)
+    cost = objective.slopes(base).toarray()[0]
+    equal, value = problem.equalities.slopes(base), problem.equalities.evaluate(base)
+    unequal, slack = problem.inequalities.slopes(base), problem.inequalities.evaluate(base)
+    linear = _Linearised(cost, equal, -value, -unequal, slack - margin, lower - base, upper - base)
 
-    found = _condensed(program, order)
-    smaller, whole = (program, np.eye(0)) if found is None else found
-    solved = _solve(smaller)
+    found = _condensed(linear, order)
+    program, whole = (_sparse(linear), None) if found is None else found
+    solved = _solve(program)
     if solved is None:
         return None
     step, violation = solved
-    moved = base + (step if found is None else whole @ np.r_[step, 1.0])
+    moved = base + (step if whole is None else whole @ np.r_[step, 1.0])
     return moved, violation, float(objective.evaluate(moved)[0])
 
 
-def _condensed(program: _Program, order: list[tuple[int, int]] | None) -> tuple[_Program, Array] | None:
+def _sparse(linear: _Linearised) -> _Program:
+    """Return the program in all variables."""
+    rows = sparse.csr_array(sparse.vstack([linear.equal, linear.unequal]))
+    low = np.concatenate([linear.right, np.full(len(linear.limits), -np.inf)])
+    high = np.concatenate([linear.right, linear.limits])
+    return _Program(linear.cost, rows, low, high, linear.lower, linear.upper)
+
+
+def _condensed(linear: _Linearised, order: list[tuple[int, int]] | None) -> tuple[_Program, Array] | None:
     """Return the program in the variables that no equality defines, and the map ``d = map @ (free, 1)``.
 
     None if more than 30 variables remain, or if the equalities do not define the others at this point.
     """
-    n = len(program.cost)
+    n = len(linear.cost)
     if not order or n - len(order) > _FEW:
         return None
-    # Solve the triangular system of the equalities for the defined variables.
-    rows, defined = (np.array(side) for side in zip(*order, strict=True))
-    free = np.setdiff1d(np.arange(n), defined)
-    ordered = program.equal[rows]
-    columns = np.column_stack([-ordered[:, free].toarray(), program.right[rows]])
-    if (np.abs(ordered[np.arange(len(rows)), defined]) < 1e-12).any():
-        return None
+    # Follow the definitions.
+    places, defined = np.array(order).T
+    is_free = np.ones(n, dtype=bool)
+    is_free[defined] = False
+    free = np.flatnonzero(is_free)
     whole = np.zeros((n, free.size + 1))
     whole[free, np.arange(free.size)] = 1.0
-    whole[defined] = spsolve_triangular(ordered[:, defined].tocsr(), columns, lower=True)
-    if not np.isfinite(whole).all():
+    equal = linear.equal
+    if not _define(places, defined, equal.indptr, equal.indices, equal.data, linear.right, whole):
         return None
-    # Bounds of the defined variables become inequalities in the free ones.
-    below, above = np.isfinite(program.lower[defined]), np.isfinite(program.upper[defined])
-    limited = [
-        (whole[defined][above], program.upper[defined][above]),
-        (-whole[defined][below], -program.lower[defined][below]),
-        (program.rows @ whole, program.limits),
-    ]
-    affine = np.concatenate([matrix for matrix, _ in limited])
-    limits = np.concatenate([limit for _, limit in limited]) - affine[:, -1]
-    nothing = sparse.csr_matrix((0, free.size))
-    smaller = _Program(
-        (program.cost @ whole)[:-1],
-        nothing,
-        np.zeros(0),
-        affine[:, :-1],
-        limits,
-        program.lower[free],
-        program.upper[free],
-    )
-    return smaller, whole
+    # Bounds of the defined variables become rows in the free ones.
+    lower, upper = linear.lower[defined], linear.upper[defined]
+    bounded = np.isfinite(lower) | np.isfinite(upper)
+    affine = np.concatenate([whole[defined[bounded]], linear.unequal @ whole])
+    low = np.concatenate([lower[bounded], np.full(len(linear.limits), -np.inf)]) - affine[:, -1]
+    high = np.concatenate([upper[bounded], linear.limits]) - affine[:, -1]
+    rows = sparse.csr_array(affine[:, :-1])
+    return _Program((linear.cost @ whole)[:-1], rows, low, high, linear.lower[free], linear.upper[free]), whole
+
+
+@compiled
+def _define(
+    rows: Index,
+    defined: Index,
+    starts: NDArray[np.int32],
+    columns: NDArray[np.int32],
+    slopes: Array,
+    right: Array,
+    whole: Array,
+) -> bool:
+    """Write the row of each defined variable, in the order of definition; tell whether all are finite."""
+    for k in range(len(rows)):
+        row, variable = rows[k], defined[k]
+        divisor = 0.0
+        whole[variable, -1] = right[row]
+        for place in range(starts[row], starts[row + 1]):
+            if columns[place] == variable:
+                divisor = slopes[place]
+            else:
+                for j in range(whole.shape[1]):
+                    whole[variable, j] -= slopes[place] * whole[columns[place], j]
+        if abs(divisor) < _LEAST:
+            return False
+        for j in range(whole.shape[1]):
+            whole[variable, j] /= divisor
+            if not math.isfinite(whole[variable, j]):
+                return False
+    return True
 
 
 def _solve(program: _Program) -> tuple[Array, float] | None:
@@ -125,26 +166,18 @@ def _solve(program: _Program) -> tuple[Array, float] | None:
     check_time()
     seconds = min(_LONGEST, remaining())
     # First with the constraints as they are.
-    rows = sparse.csr_array(sparse.vstack([program.equal, sparse.csr_matrix(program.rows)]))
-    low = np.concatenate([program.right, np.full(len(program.limits), -np.inf)])
-    high = np.concatenate([program.right, program.limits])
+    rows, low, high = program.rows, program.low, program.high
     found = minimum(program.cost, rows, (low, high), (program.lower, program.upper), seconds)
     if isinstance(found, np.ndarray):
         return found, 0.0
     if found != INFEASIBLE:
         return None
     # If infeasible, minimise one elastic variable that relaxes every constraint.
-    every = sparse.vstack([program.equal, -program.equal, sparse.csr_matrix(program.rows)])
+    above, below = np.isfinite(high), np.isfinite(low)
+    every = sparse.vstack([rows[above], -rows[below]])
     elastic = sparse.csr_array(sparse.hstack([every, sparse.csr_matrix(-np.ones((every.shape[0], 1)))]))
-    high = np.concatenate([program.right, -program.right, program.limits])
+    limits = np.concatenate([high[above], -low[below]])
     box = np.append(program.lower, 0.0), np.append(program.upper, np.inf)
     cost = np.append(np.zeros(len(program.cost)), 1.0)
-    found = minimum(cost, elastic, (np.full(len(high), -np.inf), high), box, seconds)
+    found = minimum(cost, elastic, (np.full(len(limits), -np.inf), limits), box, seconds)
     return (found[:-1], float(found[-1])) if isinstance(found, np.ndarray) else None
-
-
-def _linearised(polynomials: Polynomials, point: Array) -> tuple[sparse.csr_matrix, Array]:
-    """Return the Jacobian and the values at a point."""
-    rows, columns, values = polynomials.jacobian(point)
-    matrix = sparse.csr_matrix((values, (rows, columns)), shape=(polynomials.n_rows, len(point)))
-    return matrix, polynomials.evaluate(point)

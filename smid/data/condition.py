@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from smid.data.errors import DataError
 
@@ -50,6 +49,8 @@ def filter(
     shape: Literal["bandpass", "lowpass", "highpass"] = (
         "bandpass" if len(edges) == 2 else "lowpass" if above is None else "highpass"
     )
+    from scipy import signal  # takes a second to load
+
     rate = 1 / dataset.sampling_time
     sections = signal.butter(order, edges if len(edges) == 2 else edges[0], shape, output="sos", fs=rate)
     padding = 3 * (2 * len(sections) + 1)  # samples that scipy adds at each end; it needs more than these

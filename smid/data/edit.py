@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import decimate as filter_and_decimate
 
 from smid.data.channel import Channel, name_hint
 from smid.data.errors import DataError
@@ -146,6 +145,8 @@ def _filtered(array: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
     # samples keeps level and slope.
     if array.size == 1:
         return array
+    from scipy.signal import decimate as filter_and_decimate  # takes a second to load
+
     half_length = 10 * factor
     extended = np.pad(array, half_length, mode="reflect", reflect_type="odd")
     thinned: NDArray[np.float64] = filter_and_decimate(extended, factor, ftype="fir", zero_phase=True)

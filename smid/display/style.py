@@ -17,6 +17,7 @@ import numpy as np
 from cycler import cycler
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator, FuncFormatter
 
@@ -83,12 +84,7 @@ def inline_svg(figure: Figure, label: str, salt: str) -> str:
 
     ``label`` describes the figure for screen readers. ``salt`` differs for each figure of a page, so that names differ.
     """
-    prepare(figure)
-    buffer = io.StringIO()
-    with style():
-        matplotlib.rcParams["svg.hashsalt"] = salt
-        figure.savefig(buffer, format="svg", transparent=True)
-    text = buffer.getvalue()
+    text = _svg(figure, salt, paper=False)
     text = text[text.index("<svg") :]  # a page has its own XML head
     text = re.sub(r"\s*<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     # Two decimals of a point suffice on a screen; six digits double the size of a page.
@@ -116,12 +112,20 @@ def notebook_svg(figure: Figure, label: str) -> str:
 
 def save_svg(figure: Figure, path: str | PathLike[str]) -> None:
     """Write a figure on white paper to a file; the same figure gives the same file."""
+    write_bytes(path, _svg(figure, "smid", paper=True).encode())
+
+
+def _svg(figure: Figure, salt: str, *, paper: bool) -> str:
+    # ``savefig`` would place and draw everything once more beforehand.
     prepare(figure)
+    for patch in (figure.patch, *(axes.patch for axes in figure.axes)):
+        patch.set_visible(paper)
+    buffer = io.StringIO()
     with style():
-        matplotlib.rcParams["svg.hashsalt"] = "smid"
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
-    write_bytes(path, buffer.getvalue())
+        matplotlib.rcParams["svg.hashsalt"] = salt
+        canvas: Any = FigureCanvasSVG(figure)  # without types
+        canvas.print_svg(buffer, metadata={"Date": None})
+    return buffer.getvalue()
 
 
 class _TicksOfUnit(AutoLocator):
@@ -137,10 +141,15 @@ class _TicksOfUnit(AutoLocator):
 
 def prepare(figure: Figure) -> None:
     """Make a figure fit for a page: axes of time in the unit that suits their span, no label cut off, no huge file."""
+    FigureCanvasSVG(figure)  # letters are measured as they are drawn, in points
+    figure.set_dpi(72)
     with style():
         for axes in figure.axes:
             _tell_time_in_its_unit(axes)
-        _break_what_is_too_long(figure)
+        _place(figure)
+        if _break_what_is_too_long(figure):
+            _place(figure)
+    figure.set_layout_engine("none")
     _draw_clouds_as_pixels(figure)
 
 
@@ -156,21 +165,28 @@ def _tell_time_in_its_unit(axes: Axes) -> None:
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x / seconds:.10g}"))
 
 
-def _break_what_is_too_long(figure: Figure) -> None:
-    """Break labels that are longer than their axis, and legends that are wider than the figure."""
-    figure.draw_without_rendering()
+def _place(figure: Figure) -> None:
+    if engine := figure.get_layout_engine():
+        engine.execute(figure)
+
+
+def _break_what_is_too_long(figure: Figure) -> bool:
+    """Break labels longer than their axis, and legends wider than the figure; tell whether there were any."""
+    broken = False
     for axes in figure.axes:
         frame = axes.get_window_extent()
         for label, side in ((axes.xaxis.label, "width"), (axes.yaxis.label, "height")):
             length, room = getattr(label.get_window_extent(), side), getattr(frame, side)
             if length > room:
                 text = label.get_text()
+                broken = True
                 label.set_text(textwrap.fill(text, max(int(len(text) * room / length), 1), break_long_words=False))
     for legend in list(figure.legends):
         box = legend.get_window_extent()
         if box.width > figure.bbox.width:
             labels = [text.get_text() for text in legend.get_texts()]
             above = box.y0 + box.y1 > figure.bbox.height
+            broken = True
             legend.remove()
             figure.legend(
                 [handle for handle in legend.legend_handles if handle is not None],
@@ -179,6 +195,7 @@ def _break_what_is_too_long(figure: Figure) -> None:
                 ncols=max(int(len(labels) * figure.bbox.width / box.width), 1),
                 title=legend.get_title().get_text() or None,
             )
+    return broken
 
 
 def _draw_clouds_as_pixels(figure: Figure) -> None:

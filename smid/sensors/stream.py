@@ -14,6 +14,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from hashlib import sha256
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -120,6 +121,7 @@ class Stream:
                 )
         self._factors = {name: signal.factor(units.get(name, signal.unit)) for name, signal in self._signals.items()}
         self._state = None if state is None else self._restored(state)
+        self._runs = list[_Run]()  # of the window of the state
 
     def update(self, time: float, **samples: float | None) -> Estimate:
         """Take the samples of an instant and return the output.
@@ -249,16 +251,22 @@ class Stream:
 
         A sample that was lost is known better once there is a later one.
         """
-        states = [state]
-        for place in range(len(state.window)):
-            inputs = {name: self._input(name, state, place) for name in self._signals}
-            now, estimate = self._advance(states[-1], inputs)
-            states.append(now)
+        inputs = [
+            {name: self._input(name, state, place) for name in self._signals} for place in range(len(state.window))
+        ]
+        # While a gap lasts, no more is known of its first instants: run from where the inputs have changed.
+        runs = [run for run, _ in takewhile(_same, zip(self._runs, inputs, strict=False))]
+        for one in inputs[len(runs) :]:
+            before = replace(runs[-1].after, time=state.time) if runs else state
+            after, estimate = self._advance(before, one)
+            runs.append(_Run(one, after))
         # Begin the window after the last complete instant, and not too long ago.
         lost = max((k for k, entry in enumerate(state.window, 1) if None in entry.values()), default=0)
         complete = len(state.window) if lost < len(state.window) else 0
         begin = max(complete, len(state.window) - LOST)
-        return replace(states[begin], window=state.window[begin:]), estimate
+        self._runs = runs[begin:]
+        known = runs[begin - 1].after if begin else state
+        return replace(known, time=state.time, instant=state.instant, window=state.window[begin:]), estimate
 
     def _input(self, name: str, state: _State, place: int) -> _Input:
         """Return a channel at an instant of the window."""
@@ -306,3 +314,20 @@ class _Input:
     held: tuple[float, int]
     value: float
     range: Range
+
+    @property
+    def numbers(self) -> tuple[object, ...]:
+        return self.held, self.value, self.range.lower.tolist(), self.range.upper.tolist()
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """An instant of the window: its inputs, and the state after it."""
+
+    inputs: Mapping[str, _Input]
+    after: _State
+
+
+def _same(pair: tuple[_Run, Mapping[str, _Input]]) -> bool:
+    run, inputs = pair
+    return all(run.inputs[name].numbers == one.numbers for name, one in inputs.items())

@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 from typing import Self, TypeVar
 
 import numpy as np
-from scipy.optimize import linprog
+from scipy import sparse
 
 from relaxations.algebra.arrays import Array
+from relaxations.points.linear_program import minimum
 from smid.data import Channel, DataError, Dataset
 from smid.models.units import conversion
 from smid.sensors.ranges import Range
@@ -212,7 +213,9 @@ def _bend(runs: Sequence[Array], lost: int) -> tuple[float, float]:
     np.minimum.at(least, bins, span)
     used = np.isfinite(least)
     rows = np.stack([np.ones(int(used.sum())), least[used]], axis=1)
-    solution = linprog([1.0, span.mean()], A_ub=-rows, b_ub=-worst[used], bounds=(0, None), method="highs")
-    found = np.asarray(solution.x, dtype=np.float64)
+    above = np.full(len(rows), np.inf)
+    box = np.zeros(2), np.full(2, np.inf)
+    found = minimum(np.array([1.0, span.mean()]), sparse.csr_array(rows), (worst[used], above), box, np.inf)
+    assert isinstance(found, np.ndarray)  # a large enough a satisfies every row
     # The solver meets its constraints within a tolerance: raise a by the largest excess.
     return float(found[0] + max(0.0, float(np.max(worst[used] - rows @ found)))), float(found[1])

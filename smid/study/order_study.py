@@ -96,7 +96,7 @@ def order_study(
     >>> from smid.models import OutputError
     >>> u, y = [1.0, 0, 1, 1, 0, 0, 1, 0], [0.0, 1, 0.5, 1.3, 1.6, 0.8, 0.4, 1.2]
     >>> data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
-    >>> study = order_study(OutputError(na=1, stable=True), data, [0.1, 0.2], orders=[1])
+    >>> study = order_study(OutputError(na=1, stable=True), data, [0.1, 0.2], orders=[1], workers=1)
     >>> narrow, wide = (outcome.intervals[0].width for outcome in study.outcomes)
     >>> narrow < wide
     True
@@ -127,7 +127,8 @@ def order_study(
         "settings": {**vars(settings), "methods": objects},
         "versions": computing_versions(),
     }
-    local = Pool(lambda: local_workers(workers), 2 * workers)
+    needed = min(workers, len(jobs))
+    local = Pool(lambda: local_workers(needed), 2 * needed)
     pool = local if executor is None else Pool(lambda: nullcontext(executor), None)
     with open_store(None if folder is None else Path(folder), subject, resume) as store:
         found, interrupted = _run(jobs, pool, store, spoken(progress))

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import highspy
 import numpy as np
-from scipy.optimize import linprog
+from scipy import sparse
 
 from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from relaxations.deadline import check_time, remaining
+from relaxations.points.linear_program import prepared
 
 GAIN = 1e-3  # of half a box's width: less is not worth a step
 
@@ -25,17 +27,15 @@ class Least:
 def least(cost: Array, b: Array, a: Array, lower: Array, upper: Array) -> Least | None:
     """Return the least ``cost @ s`` over ``b + a @ s >= 0`` in a box; None where nothing is feasible."""
     check_time()
-    found = linprog(  # type: ignore[call-overload]
-        cost,
-        A_ub=-a,
-        b_ub=b,
-        bounds=np.stack([lower, upper], axis=1),
-        method="highs",
-        # Without presolve, which ends the process on some programs (HiGHS 1.12 to 1.15).
-        options={"presolve": False, "time_limit": remaining()},
-    )
+    rows = sparse.csr_array(a)
+    solver = prepared(cost, rows, (-b, np.full(len(b), np.inf)), (lower, upper))
+    solver.setOptionValue("time_limit", remaining())
+    solver.run()
     check_time()
-    return Least(found.x, np.maximum(-found.ineqlin.marginals, 0.0)) if found.status == 0 else None
+    if solver.getModelStatus() != highspy.HighsModelStatus.kOptimal:
+        return None
+    found = solver.getSolution()
+    return Least(np.array(found.col_value), np.maximum(found.row_dual, 0.0))
 
 
 def contradiction(b: Array, a: Array) -> tuple[Array, float] | None:

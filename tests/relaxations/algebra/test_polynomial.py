@@ -148,6 +148,7 @@ def test_values_and_derivatives_are_those_of_the_polynomial(members, point):
     rows, columns, values = p.jacobian(x)
     dense = np.zeros((p.n_rows, N))
     np.add.at(dense, (rows, columns), values)
+    np.testing.assert_allclose(p.slopes(x).toarray(), dense, rtol=1e-12, atol=1e-12)
     got = p.evaluate(x)
     for k, m in enumerate(fractions(members)):
         size = sum(abs(float(c)) * 3.0 ** len(key) for key, c in m.items()) + 1e-300

@@ -29,6 +29,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from relaxations.algebra.affine_arithmetic import compiling
 from relaxations.algebra.arrays import Array
 from smid.models import ModelError
 from smid.models.errors import refuse_unknown
@@ -39,6 +40,8 @@ __all__ = ["ARM", "exact_motion"]
 
 ARM: dict[str, float] = {name: value for name, (value, _) in (MOTOR | DRAG | FRICTION).items()}
 """The thesis's values: theta, c, b, Ws, eps, Wd."""
+
+compiled = compiling(__file__)
 
 EVENTS = 10_000  # in one held interval; a motion of finitely many turns has a handful
 
@@ -86,47 +89,67 @@ def exact_motion(
             f"Ws = {arm['Ws']:g}, Wd = {arm['Wd']:g}: sticking must hold at least as firmly as gliding, "
             "or the speed chatters at eps"
         )
-    angle, speed = map(float, start)
-    states = [(angle, speed)]
-    for held in inputs[:-1].tolist():
-        angle, speed = _hold(angle, speed, arm["c"] * held, sampling_time, arm)
-        states.append((angle, speed))
-    return np.array(states)
+    constants = tuple(float(arm[name]) for name in ("theta", "c", "b", "eps", "Ws", "Wd"))
+    states = np.empty((len(inputs), 2))
+    states[0] = start
+    if not _run(inputs, float(sampling_time), constants, states):
+        raise ModelError(f"more than {EVENTS} events within one sample: check the arm's constants")
+    return states
 
 
-def _hold(angle: float, speed: float, torque: float, duration: float, arm: dict[str, float]) -> tuple[float, float]:
-    """Return angle and speed after a duration at a constant torque, from event to event."""
-    eps = arm["eps"]
+@compiled
+def _run(inputs: Array, duration: float, constants: tuple[float, ...], states: Array) -> bool:
+    """Write angle and speed at each sample after the first; tell whether no sample had too many events."""
+    _, c, _, _, _, _ = constants
+    for k in range(len(inputs) - 1):
+        angle, speed, ended = _hold(states[k, 0], states[k, 1], c * inputs[k], duration, constants)
+        if not ended:
+            return False
+        states[k + 1, 0], states[k + 1, 1] = angle, speed
+    return True
+
+
+@compiled
+def _hold(
+    angle: float, speed: float, torque: float, duration: float, constants: tuple[float, ...]
+) -> tuple[float, float, bool]:
+    """Return angle and speed after a duration at a constant torque, from event to event, and whether it was reached."""
+    theta, _, b, eps, ws, wd = constants
     for _ in range(EVENTS):
-        side, gliding = _regime(speed, torque, arm)
-        if not side:
-            return angle, 0.0
+        side, gliding = _regime(speed, torque, b, eps, wd)
+        if side == 0.0:
+            return angle, 0.0, True
         # By symmetry every regime is that of a speed that is not negative.
         v, drive = side * speed, side * torque
-        p = arm["theta"] * (drive - (arm["Wd"] if gliding else 0.0))
-        q = 0.0 if gliding else arm["theta"] * arm["Ws"] / eps
-        r = arm["theta"] * arm["b"]
-        edges = (eps,) if gliding else (0.0, eps)
-        time, edge = min((_time_to(v, edge, p, q, r), edge) for edge in edges if edge != v or len(edges) == 1)
+        p = theta * (drive - (wd if gliding else 0.0))
+        q = 0.0 if gliding else theta * ws / eps
+        r = theta * b
+        edge, time = eps, _time_to(v, eps, p, q, r)
+        if not gliding:
+            stop = _time_to(v, 0.0, p, q, r)
+            if stop <= time:
+                edge, time = 0.0, stop
         if time >= duration:
             v, turned = _move(v, duration, p, q, r)
-            return angle + side * turned, side * v
+            return angle + side * turned, side * v, True
         _, turned = _move(v, time, p, q, r)
         angle, speed, duration = angle + side * turned, side * edge, duration - time
-    raise ModelError(f"more than {EVENTS} events within one sample: check the arm's constants")
+    return angle, speed, False
 
 
-def _regime(speed: float, torque: float, arm: dict[str, float]) -> tuple[int, bool]:
+@compiled
+def _regime(speed: float, torque: float, b: float, eps: float, wd: float) -> tuple[float, bool]:
     """Return the side of rest (0: at rest), and whether the arm glides; at an edge, those after the event."""
     if speed == 0.0:
-        return (torque > 0) - (torque < 0), False
-    side = 1 if speed > 0 else -1
-    size, eps = abs(speed), arm["eps"]
+        return float(np.sign(torque)), False
+    side = 1.0 if speed > 0 else -1.0
+    size = abs(speed)
     if size != eps:
         return side, size > eps
-    return side, side * torque - arm["Wd"] - arm["b"] * eps**2 > 0
+    return side, side * torque - wd - b * eps**2 > 0
 
 
+@compiled
 def _move(v: float, time: float, p: float, q: float, r: float) -> tuple[float, float]:
     """Return the speed after a time within one regime, and the angle turned."""
     square = q * q + 4.0 * p * r
@@ -143,6 +166,7 @@ def _move(v: float, time: float, p: float, q: float, r: float) -> tuple[float, f
     return (v * (cosine - q * sine) + 2.0 * p * sine) / below, turned
 
 
+@compiled
 def _time_to(v: float, edge: float, p: float, q: float, r: float) -> float:
     """Return the time at which the speed reaches an edge within one regime; infinite if it never does."""
     below = 2.0 * p - q * (v + edge) - 2.0 * r * v * edge

@@ -9,6 +9,7 @@ Reference: hybrid thesis, listings K.1 and K.4, figure A.14.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -63,6 +64,11 @@ def reactor_record(
     """
     refuse_unknown("plant", [plant], PLANTS)
     refuse_unknown("signal", [signal], SIGNALS)
+    return _record(plant, signal, seed, noise_share, level)
+
+
+@cache  # the studies of one run share records
+def _record(plant: str, signal: str, seed: int, noise_share: float, level: float) -> Dataset:
     u = _input(signal, seed, level)
     y = simulate_full_reactor(u, SAMPLING_TIME) if plant == FULL else simulate_reactor(plant, u, SAMPLING_TIME)
     if noise_share:

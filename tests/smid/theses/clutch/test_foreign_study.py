@@ -12,7 +12,7 @@ from smid.theses.clutch.sensor_study import HELD_OUT, ForeignRow, ForeignStudy, 
 @pytest.fixture(scope="module")
 def small():
     patch = pytest.MonkeyPatch()
-    patch.setattr(foreign, "plant_records", lambda plant, seed: plant_records(plant, seed=seed).crop(1000, 1900))
+    patch.setattr(foreign, "plant_records", lambda plant, seed: plant_records(plant, seed=seed).crop(1000, 1500))
     patch.setattr(foreign, "PTX", lambda: PTX(hidden=(2,), plays=1))
     patch.setattr(foreign, "CPX", lambda: CPX(hidden=(2,)))
     patch.setattr(foreign, "PX", lambda: PX(hidden=(2,)))

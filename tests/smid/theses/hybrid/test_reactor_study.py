@@ -24,10 +24,10 @@ from smid.theses.hybrid.reactor.output_errors import CELLS
 @pytest.fixture(scope="module")
 def study():
     return ReactorStudy(
-        output_errors(["two_in_succession"], starts=1, iterations=60),
-        other_conditions(["two_in_succession"], starts=1, iterations=20),
-        requirement_study(["factor"], ["series, simple", "series, extra", "parallel, simple"], starts=1, iterations=60),
-        time_constant_study(starts=1, iterations=40),
+        output_errors(["two_in_succession"], starts=1, iterations=40),
+        other_conditions(["two_in_succession"], starts=1, iterations=10),
+        requirement_study(["factor"], ["series, simple", "series, extra", "parallel, simple"], starts=1, iterations=25),
+        time_constant_study(starts=1, iterations=20),
     )
 
 
