@@ -153,8 +153,8 @@ def identify(
         anything beyond the priors was proven. It is checked on the way, as ``python -m relaxations.check FILE`` does
         again; at a thousand samples that takes half a minute. With outliers, or outputs that share nothing, it holds
         the certificates of all parts. After an inversion the ends are those that the checker's arithmetic gives, which
-        differ from those without a file by little. But what is proven without a free run
-        (:mod:`smid.identification.inversion.narrowing`) is in no certificate: then they may be much wider.
+        differ from those without a file by little. What was proven without a free run
+        (:mod:`smid.identification.inversion.narrowing`) is proven again for the file, and a part of it may be lost.
     windows
         Prove the intervals of a long record on the windows that hold their ends (:mod:`smid.identification.windows`),
         where method and order are not asked for. They hold for the whole record; false proves them on all samples.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from types import MappingProxyType
 
 from smid.data import Dataset
@@ -45,6 +46,7 @@ def prove_arm(
     *,
     prior: Mapping[str, tuple[float, float]] | None = None,
     seconds: float = 120.0,
+    certificate: str | Path | None = None,
 ) -> Estimate:
     """Return certified intervals of the arm's constants.
 
@@ -57,7 +59,9 @@ def prove_arm(
     prior
         Intervals that replace those of `PRIOR`.
     seconds
-        Time limit; what is proven until then is returned.
+        Time limit; what is proven until then is returned. The time to write a certificate is not counted.
+    certificate
+        File for the proof; see `identify`.
 
     Raises
     ------
@@ -78,7 +82,15 @@ def prove_arm(
     >>> 21 < found.lower < 21.7391 < found.upper < 23
     True
     """
-    return identify(white_law(prior), data, noise_bound, tolerance=_TOLERANCE, nodes=_BOXES, seconds=seconds)
+    return identify(
+        white_law(prior),
+        data,
+        noise_bound,
+        tolerance=_TOLERANCE,
+        nodes=_BOXES,
+        seconds=seconds,
+        certificate=certificate,
+    )
 
 
 def is_told(interval: ParameterInterval) -> bool:
