@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from relaxations.deadline import STOPS, Progress, limited, stopped_by
+from relaxations.deadline import STOPS, limited, stopped_by
 from relaxations.points.witness import Witness, find_witness
 from relaxations.problem.problem import PolynomialProblem
 from relaxations.proof.method import Cuts, Method
@@ -159,7 +159,6 @@ def error_bound(
     >>> 0 < bound.lower <= bound.upper < 0.05
     True
     """
-    started = time.perf_counter()
     check_solver(solver)
     data = as_dataset(data, model)
     model = bind(model, data)
@@ -176,12 +175,27 @@ def error_bound(
             "the least noise bound is enclosed for polynomials only, and a line of the model is none: give the noise "
             "bound as a number"
         )
+    settings = {"solver": solver, "rounds": rounds, "nodes": nodes, "progress": spoken(progress)}
     if not fixed and method == "auto" and order is None and has_windows(model, data):
-        settings = {"solver": solver, "tolerance": tolerance / 2, "rounds": rounds, "nodes": nodes}
         # Else all samples: where no run stays finite or is verified, or an input stands still in the windows.
         with suppress(DataError):
-            return _by_windows(model, data, channel, settings, tolerance, spoken(progress))
-    feasible = FeasibleSet(model, data, fixed or {}, channel)
+            return _by_windows(model, data, channel, settings, tolerance)
+    return _on_all_samples(model, data, channel, settings, tolerance, fixed or {}, method, order)
+
+
+def _on_all_samples(
+    model: Model,
+    data: Dataset,
+    channel: str,
+    settings: Mapping[str, Any],
+    tolerance: float,
+    fixed: Mapping[str, float],
+    method: str | Method | Cuts,
+    order: int | None,
+) -> ErrorBound:
+    """Enclose the least noise bound of a channel with no windows: those of a slow pole are as long as the record."""
+    started, solver = time.perf_counter(), settings["solver"]
+    feasible = FeasibleSet(model, data, fixed, channel)
     # Cuts bound variables that complicate; the noise bound does not complicate.
     by_cuts = method == Cuts.name or isinstance(method, Cuts)
 
@@ -201,7 +215,7 @@ def error_bound(
             lower,
             np.inf if best is None else float(np.nextafter(best[-1], np.inf)),
             {} if best is None else {p.name: float(best[k]) for k, p in enumerate(model.parameters)},
-            dict(fixed or {}),
+            dict(fixed),
             reason,
             time.perf_counter() - started,
         )
@@ -217,7 +231,7 @@ def error_bound(
                 "no feasible point could be verified for any noise bound: check the priors and parameter bounds"
             )
         capped = feasible.with_problem(_capped(feasible.problem, reach))
-        boxed = with_finite_box(capped, solver, spoken(progress))
+        boxed = with_finite_box(capped, solver, settings["progress"])
         if len(capped.missing) and not boxed.unbounded:
             present = boxed.feasible.problem
             targets, rough = range(len(model.parameters)), plan_of(present)
@@ -234,13 +248,10 @@ def error_bound(
         problem,
         [problem.n_variables - 1],
         method=plan_of(problem) if len(capped.missing) else plan,
-        solver=solver,
         tolerance=0.0,
         absolute=tolerance * reach,
-        rounds=rounds,
         known=[found[-1][kept]],
-        nodes=nodes,
-        progress=spoken(progress),
+        **settings,
     )
     found.append(min(enclosure.witnesses, key=lambda point: float(point[-1])))
     return result(max(enclosure.intervals[0].lower, 0.0), enclosure.reason)
@@ -252,7 +263,6 @@ def _by_windows(
     channel: str,
     settings: Mapping[str, Any],
     tolerance: float,
-    progress: Progress | None,
 ) -> ErrorBound:
     """Certify the lower end on the windows that hold a minimax fit, which is verified on the whole record."""
     started, unit = time.perf_counter(), data.channel(channel).unit
@@ -271,7 +281,7 @@ def _by_windows(
     length = scan.memory(0.1 * tolerance * scan.least)
     while True:
         windows = windows_before(scan.places(scan.least_rows), length)
-        part = error_bound(model, cut_all(data, windows), progress=progress, **settings)
+        part = _on_all_samples(model, cut_all(data, windows), channel, settings, tolerance / 2, {}, "auto", None)
         tight = upper - part.lower <= tolerance * upper
         length *= 2
         if tight or part.reason not in (Reason.TIGHT, Reason.STALLED, Reason.ROUNDS) or length > LONG:

@@ -4,10 +4,12 @@ import json
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from benchmarks.soundness.random_problems import random_problem
 from relaxations.search.enclosure import Reason
 from smid import Dataset, EmptyFeasibleSetError, ErrorsInVariables, ModelError, OutputError, error_bound, identify
+from smid.identification.windows import windowed
 from tests.smid.first_order import first_order
 
 CASES = [("output error", 15, 1), ("output error", 40, 2), ("hammerstein", 20, 3), ("hammerstein", 35, 4)]
@@ -109,3 +111,13 @@ def test_progress_is_told() -> None:
     lines: list[str] = []
     error_bound(problem.model, problem.data, progress=lines.append)
     assert any("noise_bound in [" in line for line in lines)
+
+
+def test_a_slow_pole_whose_windows_hold_the_whole_record(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(windowed, "LONG", 40)
+    rng = np.random.default_rng(4)
+    u = rng.uniform(-1, 1, 45)
+    y = lfilter([0.0, 0.5], [1.0, -0.995], u) + rng.uniform(-0.1, 0.1, 45)
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)
+    found = error_bound(OutputError(stable=True), data)
+    assert 0 < found.lower <= found.upper <= 1.01 * 0.1
