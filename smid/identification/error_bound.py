@@ -159,6 +159,7 @@ def error_bound(
     >>> 0 < bound.lower <= bound.upper < 0.05
     True
     """
+    started = time.perf_counter()
     check_solver(solver)
     data = as_dataset(data, model)
     model = bind(model, data)
@@ -180,7 +181,8 @@ def error_bound(
         # Else all samples: where no run stays finite or is verified, or an input stands still in the windows.
         with suppress(DataError):
             return _by_windows(model, data, channel, settings, tolerance)
-    return _on_all_samples(model, data, channel, settings, tolerance, fixed or {}, method, order)
+    found = _on_all_samples(model, data, channel, settings, tolerance, fixed or {}, method, order)
+    return replace(found, seconds=time.perf_counter() - started)
 
 
 def _on_all_samples(

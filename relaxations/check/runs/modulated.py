@@ -28,11 +28,11 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from math import inf
 
-from relaxations.check.runs.affine import Form, Range, add, between, multiply, scaled, symbol
+from relaxations.check.runs.affine import Form, Range, between, scaled, symbol
 from relaxations.check.runs.comparison import Tube
 from relaxations.check.runs.fixed import BITS, End, Ends, up
 from relaxations.check.runs.statement import Piece
-from relaxations.check.runs.terms import Terms, Values
+from relaxations.check.runs.terms import Terms, Values, rate_of
 
 __all__ = ["Interval", "Modulation", "intervals_of", "solved"]
 
@@ -80,7 +80,7 @@ def intervals_of(
         ranges = tuple((tube.least[now - 1], tube.most[now - 1]) for tube in tubes)
         states = [symbol(*own, i) for i, own in enumerate(ranges)]
         forms = values.over(values.held(piece.exact, now), states)
-        rates = [_rate(own, forms, products) for own in terms.products]
+        rates = [rate_of(own, forms, products) for own in terms.products]
         moments = []
         for i, rate in enumerate(terms.rate):
             own = scaled(rates[i] if rate is None else between(*ranges[rate]), h / 12)
@@ -94,14 +94,6 @@ def intervals_of(
         functions = tuple(tuple(_function(forms[place], states, moments) for _, place in own) for own in terms.products)
         found.append(Interval(tuple(form.mid for form in states), ranges, tuple(turns), functions))
     return found
-
-
-def _rate(products: Iterable[tuple[int, int]], forms: Sequence[Form], known: Sequence[Range]) -> Form:
-    """Return the ends of a rate."""
-    total = between(0, 0)
-    for own, place in products:
-        total = add(total, multiply(between(*known[own]), between(forms[place].low, forms[place].high)))
-    return total
 
 
 def _wide(ends: Range, parts: int) -> Range:

@@ -21,7 +21,7 @@ from math import inf
 
 from relaxations.check.arithmetic import Refused
 from relaxations.check.forms import shown_name
-from relaxations.check.runs.affine import Form, Range, add, between, multiply
+from relaxations.check.runs.affine import Form, Range, between, multiply
 from relaxations.check.runs.comparison import Cells, Tube
 from relaxations.check.runs.fixed import BITS, End
 from relaxations.check.runs.functions import reciprocal
@@ -29,7 +29,7 @@ from relaxations.check.runs.modulated import Interval, Modulation, intervals_of,
 from relaxations.check.runs.proof import Pass, Side, contract
 from relaxations.check.runs.run import CONSTRAINT, rows
 from relaxations.check.runs.statement import Stated
-from relaxations.check.runs.terms import Values
+from relaxations.check.runs.terms import Values, rate_of
 
 __all__ = ["Bounded", "Compared", "Narrowed", "narrowed_by"]
 
@@ -192,12 +192,9 @@ class Narrowed:
             most.append([])
             for cell in pairwise(own_edges):
                 forms = values.over(held, [between(*(cell if i == state else own)) for i, own in enumerate(ends)])
-                total = between(0, 0)
-                for j, place in terms.products[state]:
-                    function = between(forms[place].low, forms[place].high)
-                    total = add(total, multiply(between(*self.products[j]), function))
-                least[-1].append(total.low)
-                most[-1].append(total.high)
+                rate = rate_of(terms.products[state], forms, self.products)
+                least[-1].append(rate.low)
+                most[-1].append(rate.high)
         low, high = ([-inf] * piece.count, [inf] * piece.count)
         if turned is not None:
             low, high = list(tubes[turned].low), list(tubes[turned].high)

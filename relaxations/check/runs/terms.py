@@ -6,17 +6,17 @@ of the states during an interval between two samples. A parameter whose ends are
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from relaxations.check.arithmetic import Work
-from relaxations.check.runs.affine import UNKNOWN, Form, Range, between
+from relaxations.check.runs.affine import UNKNOWN, Form, Range, add, between, multiply
 from relaxations.check.runs.motion import at_once
 from relaxations.check.runs.operations import cost_of, operate
 from relaxations.check.runs.tape import Tape
 from relaxations.check.runs.text import Node, parsed
 
-__all__ = ["Coefficient", "Terms", "Values"]
+__all__ = ["Coefficient", "Terms", "Values", "rate_of"]
 
 
 @dataclass(frozen=True)
@@ -148,3 +148,11 @@ class Values:
             forms[k] = states[entry[1]] if entry[0] == "stage" else at_once(entry, forms, self._tape)
         self._work.spend(self._cost)
         return forms
+
+
+def rate_of(products: Iterable[tuple[int, int]], forms: Sequence[Form], known: Sequence[Range]) -> Form:
+    """Return the ends of a rate, from the forms of its functions and what is known of its coefficients."""
+    total = between(0, 0)
+    for own, place in products:
+        total = add(total, multiply(between(*known[own]), between(forms[place].low, forms[place].high)))
+    return total

@@ -1,41 +1,27 @@
 """Certificates of boxes that were narrowed without a free run: accepted as they are, refused after any one change."""
 
 import copy
-import math
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from relaxations import check
 from relaxations.check import runs
-from smid import Dataset, EmptyFeasibleSetError, OwnModel, identify, verify
+from smid import Dataset, EmptyFeasibleSetError, identify, verify
+from tests.smid.pendulum import H, pendulum, swung
 
-H, BOUND, GRAVITY, DAMPING = 0.02, 0.002, 9.0, 0.4
-
-
-def pendulum(gravity: tuple[float, float] = (1, 100), damping: tuple[float, float] = (0, 10)) -> OwnModel:
-    return OwnModel(
-        ["d/dt angle[t] = speed[t]", "d/dt speed[t] = u[t] - gravity*sin(angle[t]) - damping*speed[t]"],
-        {"y": "angle"},
-        ["u"],
-        {"gravity": gravity, "damping": damping},
-        scheme="enclosed",
-    )
+BOUND, GRAVITY, DAMPING = 0.002, 9.0, 0.4
 
 
-def swung() -> Dataset:
-    """Return a record of the angle, with steps far below the sampling time."""
+PRIOR = (1, 100), (0, 10)
+
+
+def record() -> Dataset:
+    """Return a record of the angle."""
     rng = np.random.default_rng(0)
-    inputs, states = np.repeat(rng.uniform(-6, 6, 8), 5), [np.array([0.3, 0.0])]
-    for held in inputs[:-1]:
-
-        def rates(_, x, held=held):
-            return x[1], held - GRAVITY * math.sin(x[0]) - DAMPING * x[1]
-
-        states.append(solve_ivp(rates, (0, H), states[-1], method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1])
-    angle = np.array(states)[:, 0] + rng.uniform(-BOUND, BOUND, len(inputs))
+    inputs = np.repeat(rng.uniform(-6, 6, 8), 5)
+    angle = swung(inputs, (0.3, 0.0), gravity=GRAVITY, damping=DAMPING)[:, 0] + rng.uniform(-BOUND, BOUND, len(inputs))
     return Dataset.from_arrays(input={"u": inputs}, output={"y": angle}, sampling_time=H)
 
 
@@ -43,14 +29,14 @@ def swung() -> Dataset:
 def found(tmp_path_factory) -> tuple[Any, Any, Any]:
     """Return the content of a certificate, its file, and the estimate."""
     file = tmp_path_factory.mktemp("proofs") / "pendulum.json"
-    estimate = identify(pendulum(), swung(), BOUND, tolerance=0.5, nodes=1, certificate=file)
+    estimate = identify(pendulum(*PRIOR), record(), BOUND, tolerance=0.5, nodes=1, certificate=file)
     return check.read(file), file, estimate
 
 
 def test_the_published_ends_are_proven_from_a_wide_box(found) -> None:
     content, file, estimate = found
     assert content["narrowing"]
-    told = verify(file, swung(), pendulum(), BOUND)
+    told = verify(file, record(), pendulum(*PRIOR), BOUND)
     for name, truth in (("gravity", GRAVITY), ("damping", DAMPING)):
         interval = estimate[name]
         assert told.intervals[name] == (interval.lower, interval.upper)
@@ -66,7 +52,7 @@ def test_without_its_steps_a_certificate_is_refused(found) -> None:
 def test_an_empty_set_is_proven_from_a_wide_box(tmp_path) -> None:
     file = tmp_path / "empty.json"
     with pytest.raises(EmptyFeasibleSetError):
-        identify(pendulum(gravity=(11, 100)), swung(), BOUND, tolerance=0.5, nodes=1, certificate=file)
+        identify(pendulum((11, 100), PRIOR[1]), record(), BOUND, tolerance=0.5, nodes=1, certificate=file)
     content = check.read(file)
     assert content["narrowing"]
     assert runs.check(content) is None

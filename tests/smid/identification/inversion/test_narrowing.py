@@ -8,7 +8,6 @@ import pytest
 import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 
 from relaxations.check import Refused
 from relaxations.check.runs import read
@@ -26,8 +25,8 @@ from smid.models import Reactor
 from smid.signals import TABLE_F1, tailored
 from smid.theses.hybrid.arm.exact_motion import ARM, exact_motion
 from smid.theses.hybrid.arm.proven import CONSTANTS, prove_arm, white_law
+from tests.smid.pendulum import H, pendulum, swung
 
-H = 0.02
 NEAR = {"theta": (15, 30), "b": (0, 0.01), "Wd": (0, 2), "Ws": (0, 10)}
 
 
@@ -58,29 +57,6 @@ def narrowing_of(model, data, bound):
 def last(steps):
     *_, found = steps
     return found
-
-
-def swung(u, start, *, gravity=9.0, damping=0.4):
-    """Return angle and speed of a pendulum that a torque drives, with steps far below the sampling time."""
-    states = [np.array(start)]
-    for held in u[:-1]:
-
-        def rates(_, x, held=held):
-            return x[1], held - gravity * math.sin(x[0]) - damping * x[1]
-
-        solved = solve_ivp(rates, (0, H), states[-1], method="DOP853", rtol=1e-12, atol=1e-13)
-        states.append(solved.y[:, -1])
-    return np.array(states)
-
-
-def pendulum(gravity, damping):
-    return OwnModel(
-        ["d/dt angle[t] = speed[t]", "d/dt speed[t] = u[t] - gravity*sin(angle[t]) - damping*speed[t]"],
-        {"y": "angle"},
-        ["u"],
-        {"gravity": gravity, "damping": damping},
-        scheme="enclosed",
-    )
 
 
 @settings(max_examples=30, deadline=None)
