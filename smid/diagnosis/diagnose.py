@@ -6,7 +6,7 @@ import os
 import pickle
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 
@@ -41,6 +41,7 @@ from smid.diagnosis.search.search import Found, search
 from smid.diagnosis.search.trial import Base, fitted_base
 from smid.diagnosis.search.whole import compared
 from smid.diagnosis.simulator import simulator
+from smid.diagnosis.workers import copies
 from smid.display.progress import Shows, spoken, with_bar
 from smid.feasible.feasible_set import check_samples
 from smid.fitting.binding import bind
@@ -96,7 +97,8 @@ def diagnose(
     certify
         Whether to prove, with a noise bound, that the base model cannot explain the data.
     workers
-        Processes that try effects in parallel; by default one for each processor. 1 stays in this process.
+        Processes that try effects in parallel; by default one for each processor. They are copies of this process,
+        which Linux can make of a process with one thread; elsewhere the diagnosis stays in this process.
     seconds
         Time allowed, wall clock. A fifth of it is kept for what is done with the causes found by then.
     executor
@@ -478,10 +480,9 @@ def _pool(
     """Return the executor for the trials: the given one, own processes, or None."""
     if executor is not None:
         return nullcontext(executor)
-    count = min(workers or os.cpu_count() or 1, len(effects))
-    if count <= 1 or not all(_travels(effect) for effect in effects):
+    if not all(_travels(effect) for effect in effects):
         return nullcontext(None)
-    return ProcessPoolExecutor(count)
+    return copies(min(workers or os.cpu_count() or 1, len(effects)))
 
 
 def _travels(effect: Effect) -> bool:

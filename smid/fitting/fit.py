@@ -148,6 +148,10 @@ class Fitting:
             for m in self.outputs
         }
         self.there = [{m.channel: ~np.isnan(r.values[m.channel]) for m in self.outputs} for r in data.experiments]
+        self._fitted = [
+            {channel: _chosen(used[:stop] & there[:stop]) for channel, there in mine.items()}
+            for used, stop, mine in zip(self.used, self._stop, self.there, strict=True)
+        ]
         self._last: dict[int, tuple[bytes, dict[str, Array]]] = {}
         # Initial states to estimate: all but the memories of stops, if they are few.
         memories = {line.signal for line in model.lines if _is_stop(line.expression)}
@@ -191,6 +195,8 @@ class Fitting:
         for e in self._each():
             signals, _ = self.run.run(self.inputs[e], self._values(start), self.initial(start)[e], jacobian=False)
             for k in self._abrupt:
+                if self.run.states[k] in self.known[e]:
+                    continue
                 reached = signals[self.run.states[k][0]]
                 place = len(self.run.parameters) + e * len(self.begun) + self.begun.index(k)
                 others = np.repeat(start[None], _LEVELS, axis=0)
@@ -282,10 +288,11 @@ class Fitting:
     def _evaluate(self, vector: Array, jacobian: bool) -> tuple[Array, Array]:
         residuals, blocks = [], []
         for e, channel, error, slope in self.errors(vector, jacobian):
-            kept, scale = self.used[e][: len(error)] & self.there[e][channel][: len(error)], self.scale[channel]
+            fitted, scale = self._fitted[e][channel], self.scale[channel]
             with np.errstate(over="ignore", invalid="ignore"):  # divergence is handled below
-                residuals.append(error[kept] / scale)
-                blocks.append(slope[kept] / scale)
+                residuals.append(error[fitted] / scale)
+                if jacobian:
+                    blocks.append(slope[fitted] / scale)
         residual = np.concatenate(residuals)
         if not np.abs(residual).max(initial=0.0) < _RUNAWAY:  # also where it is NaN
             residual = np.full_like(residual, np.inf)
@@ -438,6 +445,14 @@ class Fitting:
             if np.isfinite(cost):
                 vector[count + e * width : count + (e + 1) * width] = found[count:]
         return vector
+
+
+def _chosen(mask: Mask) -> Index | slice:
+    """Return where a mask holds; a slice, which copies nothing, where that is one stretch."""
+    places = np.flatnonzero(mask)
+    if places.size and places[-1] - places[0] == places.size - 1:
+        return slice(int(places[0]), int(places[-1]) + 1)
+    return places
 
 
 def _is_stop(expression: sympy.Expr) -> bool:

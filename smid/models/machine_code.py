@@ -96,11 +96,19 @@ def call(
         Address of the columns of the derivatives, see `smid.models.machine_slopes`.
     """
     given = [values[name] for name in parameters]
-    places = [(row.__array_interface__["data"][0], row.strides[0] if row.ndim > single else 0) for row, single in rows]
+    places = [(_address(row), row.strides[0] if row.ndim > single else 0) for row, single in rows]
     for k in range(batch[0] if batch else 1):
         constants = array("d", [value[k] if isinstance(value, np.ndarray) else value for value in given])
         begins = array("q", [begin + k * step for begin, step in places])
         function(constants.buffer_info()[0], begins.buffer_info()[0], start, count, columns)
+
+
+def _address(row: Array) -> int:
+    """Return where the samples of a contiguous array begin."""
+    try:
+        return ctypes.addressof(ctypes.c_char.from_buffer(row.data))
+    except (TypeError, ValueError):  # read-only or empty; this way is slower
+        return int(row.__array_interface__["data"][0])
 
 
 # Edits of a model leave most of its lines as they are: those are not compiled again.

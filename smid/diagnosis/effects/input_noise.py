@@ -133,13 +133,16 @@ def _detect(model: Model, site: Site) -> Detection | None:
     )
 
 
+def describe(values: Mapping[str, float], site: Site) -> str:
+    """Say how noisy the record of the input is."""
+    return f"The recorded {site.input} is itself noisy, by about {values['deviation']:.3g} {site.unit(site.input)} RMS."
+
+
 EFFECT = Effect(
     "input_noise",
     "the recorded input itself is noisy",
     on_the_noise,
-    lambda values, site: (
-        f"The recorded {site.input} is itself noisy, by about {values['deviation']:.3g} {site.unit(site.input)} RMS."
-    ),
+    describe,
     needs="an input that the model takes as exact",
     detect=_detect,
 )

@@ -7,6 +7,8 @@ residual. No model can lower the RMSE then; the noise bound must be at least hal
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from smid.diagnosis.effects.effect import Detection, Effect, Site, on_the_noise
@@ -28,14 +30,17 @@ def _detect(model: Model, site: Site) -> Detection | None:
     return Detection(model, {"step": step}, float(min(1.0, share)), {"share_of_residual_variance": share})
 
 
+def describe(values: Mapping[str, float], site: Site) -> str:
+    """Say how large the steps are."""
+    step = f"{values['step']:.4g} {site.unit(site.output)}".rstrip()
+    return f"The recorded {site.output} is rounded to steps of {step}."
+
+
 EFFECT = Effect(
     "quantisation",
     "the recorded output is rounded",
     on_the_noise,
-    lambda values, site: (
-        f"The recorded {site.output} is rounded to steps of {values['step']:.4g} {site.unit(site.output)}".rstrip()
-        + "."
-    ),
+    describe,
     needs="an output that takes equidistant values",
     detect=_detect,
 )

@@ -161,7 +161,9 @@ def bound_of_evidence(record: Record, noise: NoiseModel, errors: Errors, boxes: 
     best = seen
     # A fit by least squares may miss the noise bound by little.
     for _ in range(_POLISHING if noise.within else 0):
-        _, best = _step(best, best.moved, before)
+        last, (_, best) = best, _step(best, best.moved, before)
+        if best.likelihood() - last.likelihood() < _WORTH:
+            break
     return best.likelihood() - _occam(_updated(information, before))
 
 

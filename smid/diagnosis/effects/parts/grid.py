@@ -4,7 +4,8 @@ The points of the grid are simulated with the base model's values, all at once; 
 beginnings of the memory, which acts until the thing first comes free. They are ranked by what is left of the outputs
 after the best sum of the simulated output, of what lags of several poles make of it, and a constant: so a gain or a
 pole that the base model has wrong without the effect does not decide. About the best points the grid is made finer. The
-base model is then fitted at each point that is returned.
+base model is then fitted at each point that is returned. Where the best point promises no more than the best of as many
+does by chance, it is returned as it is.
 """
 
 from __future__ import annotations
@@ -50,23 +51,30 @@ def best_of(
     """
     points = np.array(list(product(*axes.values())))
     free = {p.name for p in model.parameters if p.lower < p.upper}
-    if free <= set(model.values) | set(axes):
-        finer = np.array([levels[0] / levels[1] for levels in axes.values()])
-        most = np.array([model.parameter(name).upper for name in axes])
-        moves = np.array([way for way in product((-1, 0, 1), repeat=len(axes)) if any(way)])
-        leaves = partial(_left, model, site, tuple(axes), memory)
-        left = leaves((0.0,), points)
-        for _ in range(_ROUNDS):
-            finer = np.sqrt(finer)
-            best = points[np.argsort(left, kind="stable")[:_BEAM]]
-            near = np.unique(np.minimum(most, best[:, None] * finer**moves).reshape(-1, len(axes)), axis=0)
-            points, left = np.concatenate([points, near]), np.concatenate([left, leaves(_BEGINNINGS, near)])
-        chosen: list[Array] = []
-        for point in points[np.argsort(left, kind="stable")]:
-            if len(chosen) < count and all(np.abs(np.log(point / other)).max() > _APART for other in chosen):
-                chosen.append(point)
-        return tuple(_adapted(model, site, dict(zip(axes, point.tolist(), strict=True))) for point in chosen)
-    return tuple(dict(zip(axes, p, strict=True)) for p in points[:: -(-len(points) // count)].tolist())
+    if not free <= set(model.values) | set(axes):
+        return _named(axes, points[:: -(-len(points) // count)])
+    leaves = partial(_left, model, site, tuple(axes), memory)
+    left, (without,) = leaves((0.0,), points), leaves((0.0,), np.zeros((1, len(axes))))
+    nats = 0.5 * sum(run.n_samples for run in site.data.experiments) * np.log(without / left.min())
+    if not nats > np.log(len(points)):  # the best of as many points may promise this by chance
+        return _named(axes, points[[np.argmin(left)]])
+    finer = np.array([levels[0] / levels[1] for levels in axes.values()])
+    most = np.array([model.parameter(name).upper for name in axes])
+    moves = np.array([way for way in product((-1, 0, 1), repeat=len(axes)) if any(way)])
+    for _ in range(_ROUNDS):
+        finer = np.sqrt(finer)
+        best = points[np.argsort(left, kind="stable")[:_BEAM]]
+        near = np.unique(np.minimum(most, best[:, None] * finer**moves).reshape(-1, len(axes)), axis=0)
+        points, left = np.concatenate([points, near]), np.concatenate([left, leaves(_BEGINNINGS, near)])
+    chosen: list[Array] = []
+    for point in points[np.argsort(left, kind="stable")]:
+        if len(chosen) < count and all(np.abs(np.log(point / other)).max() > _APART for other in chosen):
+            chosen.append(point)
+    return tuple(_adapted(model, site, point) for point in _named(axes, np.array(chosen)))
+
+
+def _named(axes: Mapping[str, Sequence[float]], points: Array) -> tuple[Mapping[str, float], ...]:
+    return tuple(dict(zip(axes, point, strict=True)) for point in points.tolist())
 
 
 def _adapted(model: Model, site: Site, point: Mapping[str, float]) -> Mapping[str, float]:

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
@@ -12,7 +14,7 @@ from smid.diagnosis.effects import sensor_bias
 from smid.diagnosis.search.evidence import bound_of_evidence, evidence
 from smid.diagnosis.search.noise_model import DISCREPANCY, NoiseModel, noise_model
 from smid.diagnosis.search.record import FOLDS, Record
-from smid.diagnosis.search.student import log_density, weights
+from smid.diagnosis.search.student import log_density, log_probability, weights
 from smid.diagnosis.search.trial import fitted_base, try_effect
 from tests.smid.diagnosis.lag_records import LAG, lag, record, steps
 
@@ -162,3 +164,13 @@ def test_the_density_is_students():
 
     x = np.linspace(-5, 5, 11)
     assert log_density(x) - log_density(np.zeros(1)) == pytest.approx(t.logpdf(x, 10) - t.logpdf(0, 10))
+
+
+@given(st.floats(-300, -1e-6), st.floats(0.01, 600))
+def test_the_probability_is_students(lower, width):
+    from scipy.stats import t
+
+    upper = lower + width
+    expected = t.cdf(upper, 10) - t.cdf(lower, 10)
+    found = log_probability(np.array([lower]), np.array([upper]))
+    assert found == pytest.approx(np.log(expected), abs=1e-7)
