@@ -75,8 +75,7 @@ bench: $(BENCH_READY)
 	$(ONE_THREAD) .venv/bin/python -m benchmarks
 
 notebooks: $(NOTEBOOKS_READY)
-	for script in notebooks/*.py; do \
-		$(ONE_THREAD) .venv/bin/jupytext --quiet --to ipynb --execute "$$script" || exit 1; done
+	printf '%s\n' notebooks/*.py | $(ONE_THREAD) xargs -n 1 -P $(WORKERS) .venv/bin/jupytext --quiet --to ipynb --execute
 
 clean:
 	rm -rf .venv .venv-oldest build dist docs/generated .cache .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache

@@ -29,7 +29,8 @@ def described(_values, _site):
     return ""
 
 
-def test_two_processes_find_what_one_finds():
+def compare():
+    """Diagnose in one process and in two, in a process that has one thread."""
     u = steps(1, 240)
     data = record(u, lag(dead_zone(u, 0.3)))
     where = Effect("tells_where", "it fails and tells where", tells_where, described, needs="nothing")
@@ -39,6 +40,15 @@ def test_two_processes_find_what_one_finds():
     assert two.skipped.pop("tells_where") != f"RuntimeError: in process {os.getpid()}"
     assert [cause.effect for cause in two.causes] == ["input_dead_zone"]
     assert two.to_dict() == one.to_dict()
+
+
+def run(code: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
+
+
+def test_two_processes_find_what_one_finds():
+    done = run("from tests.smid.diagnosis.test_workers import compare; compare()")
+    assert done.returncode == 0, done.stderr
 
 
 def test_a_process_with_several_threads_is_not_copied():
@@ -51,27 +61,48 @@ def test_a_process_with_several_threads_is_not_copied():
     other.join()
 
 
-KILLED = """
+ENDED = """
 import os, signal, time
 from smid.diagnosis.workers import copies
 
 with copies(2) as pool:
-    tasks = [pool.submit(time.sleep, 0.2) for _ in range(2)]
+    tasks = [pool.submit(time.sleep, 0.5) for _ in range(2)]
     print(*(process.pid for process in pool._processes.values()), flush=True)
-    [task.result() for task in tasks]
-    os.kill(os.getpid(), signal.SIGKILL)
+    {end}
 """
 
 
-def test_copies_end_when_the_process_is_killed():
-    told = subprocess.run([sys.executable, "-c", KILLED], stdout=subprocess.PIPE, text=True, check=False).stdout
-    left = [int(pid) for pid in told.split()]
+@pytest.mark.parametrize("end", ["os.kill(os.getpid(), signal.SIGKILL)", "raise KeyboardInterrupt", "pass"])
+def test_no_copy_is_left(end):
+    left = [int(pid) for pid in run(ENDED.format(end=end)).stdout.split()]
     assert len(left) == 2
     until = time.monotonic() + 30
     while left and time.monotonic() < until:
         left = [pid for pid in left if _runs(pid)]
         time.sleep(0.1)
     assert not left
+
+
+INTERRUPTED = """
+import os, signal
+from smid.diagnosis import workers
+
+def begin_and_interrupt(*arguments):
+    os.kill(os.getpid(), signal.SIGINT)  # while the process is copied
+    return first(*arguments)
+
+first, workers.ProcessPoolExecutor = workers.ProcessPoolExecutor, begin_and_interrupt
+try:
+    with workers.copies(2):
+        print("lost")
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+def test_an_interrupt_while_copies_are_made_is_not_lost():
+    done = run(INTERRUPTED)
+    assert done.stdout == "interrupted\n", done.stderr
 
 
 def _runs(pid: int) -> bool:
