@@ -195,7 +195,7 @@ class Fitting:
         for e in self._each():
             signals, _ = self.run.run(self.inputs[e], self._values(start), self.initial(start)[e], jacobian=False)
             for k in self._abrupt:
-                if self.run.states[k] in self.known[e]:
+                if self.run.states[k] in self.known[e]:  # fitted before
                     continue
                 reached = signals[self.run.states[k][0]]
                 place = len(self.run.parameters) + e * len(self.begun) + self.begun.index(k)

@@ -1,6 +1,6 @@
 """The Student distribution of the innovations: no single sample decides.
 
-For an even number of degrees of freedom its probabilities are finite sums, which take a thirtieth of the time of
+For an even number of degrees of freedom its probabilities are finite sums, which take a quarter of the time of
 ``scipy.special.stdtr``.
 
 References: Lange, Little and Taylor, Journal of the American Statistical Association 84 (1989) 881-896; Abramowitz and

@@ -55,8 +55,9 @@ def best_of(
         return _named(axes, points[:: -(-len(points) // count)])
     leaves = partial(_left, model, site, tuple(axes), memory)
     left, (without,) = leaves((0.0,), points), leaves((0.0,), np.zeros((1, len(axes))))
-    nats = 0.5 * sum(run.n_samples for run in site.data.experiments) * np.log(without / left.min())
-    if not nats > np.log(len(points)):  # the best of as many points may promise this by chance
+    # The best of as many points may promise the logarithm of their number, in nats, by chance.
+    n = sum(run.n_samples for run in site.data.experiments)
+    if not left.min() < without * len(points) ** (-2 / n):
         return _named(axes, points[[np.argmin(left)]])
     finer = np.array([levels[0] / levels[1] for levels in axes.values()])
     most = np.array([model.parameter(name).upper for name in axes])
