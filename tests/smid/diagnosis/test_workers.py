@@ -25,15 +25,11 @@ def tells_where(_model, _site):
     raise RuntimeError(f"in process {os.getpid()}")
 
 
-def described(_values, _site):
-    return ""
-
-
 def compare():
     """Diagnose in one process and in two, in a process that has one thread."""
     u = steps(1, 240)
     data = record(u, lag(dead_zone(u, 0.3)))
-    where = Effect("tells_where", "it fails and tells where", tells_where, described, needs="nothing")
+    where = Effect("tells_where", "it fails and tells where", tells_where, needs="nothing")
     effects = [where, "input_dead_zone", "input_saturation", "input_noise", "quantisation"]
     one, two = (diagnose(LAG, data, BOUND, effects, certify=False, workers=n) for n in (1, 2))
     assert one.skipped.pop("tells_where") == f"RuntimeError: in process {os.getpid()}"
