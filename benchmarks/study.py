@@ -19,9 +19,9 @@ from pathlib import Path
 import numpy as np
 
 from smid import Dataset, OutputError, order_study
+from smid.processes import THREADS
 from smid.study import Cell, Outcome, Study, dask_executor
 from smid.study.store import FILE
-from smid.study.workers import THREADS
 
 MODEL = OutputError(na=1, stable=True)
 

@@ -23,9 +23,9 @@ from smid.cli.outputs import Outputs, writes
 from smid.data import Dataset
 from smid.identification.identify import identify
 from smid.models import OutputError
+from smid.processes import THREADS
 from smid.reports import versions
 from smid.reports.pdf import find_browser
-from smid.study.workers import THREADS
 
 EXTRAS = {
     "app": (("tornado",), "smid app, the page in the browser"),

@@ -41,13 +41,13 @@ from smid.diagnosis.search.search import Found, search
 from smid.diagnosis.search.trial import Base, fitted_base
 from smid.diagnosis.search.whole import compared
 from smid.diagnosis.simulator import simulator
-from smid.diagnosis.workers import copies
 from smid.display.progress import Shows, spoken, with_bar
 from smid.feasible.feasible_set import check_samples
 from smid.fitting.binding import bind
 from smid.fitting.fit import Fit, Fitting
 from smid.models import Model, ModelError
 from smid.models.edit_lines import rename_channels
+from smid.processes import copies
 
 _STRUCTURE = 0.2
 _SEARCHING = 0.8  # of the time allowed

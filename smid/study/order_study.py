@@ -19,6 +19,7 @@ from smid.display.progress import Shows, Step, spoken, with_bar
 from smid.feasible.feasible_set import check_data, check_noise_bound
 from smid.fitting.binding import bind
 from smid.models import Model, ModelError
+from smid.processes import spawned
 from smid.study.cell import Cell, Job, Settings, method_fields
 from smid.study.outcome import Outcome, Status
 from smid.study.run_all import Pool, run_all
@@ -26,7 +27,6 @@ from smid.study.store import Store, open_store
 from smid.study.study import Study
 from smid.study.time_left import time_left
 from smid.study.versions import computing_versions
-from smid.study.workers import local_workers
 
 NoiseBound = float | Mapping[str, float]
 
@@ -128,7 +128,7 @@ def order_study(
         "versions": computing_versions(),
     }
     needed = min(workers, len(jobs))
-    local = Pool(lambda: local_workers(needed), 2 * needed)
+    local = Pool(lambda: spawned(needed), 2 * needed)
     pool = local if executor is None else Pool(lambda: nullcontext(executor), None)
     with open_store(None if folder is None else Path(folder), subject, resume) as store:
         found, interrupted = _run(jobs, pool, store, spoken(progress))

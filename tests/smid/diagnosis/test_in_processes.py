@@ -1,0 +1,41 @@
+"""A diagnosis in several processes gives the same result as in one."""
+
+import os
+import pickle
+import subprocess
+import sys
+
+import pytest
+
+from smid.diagnosis import EFFECTS, Effect, diagnose
+from tests.smid.diagnosis.lag_records import BOUND, LAG, dead_zone, lag, record, steps
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
+def test_every_effect_of_the_library_can_be_sent_to_another_process(effect):
+    assert pickle.loads(pickle.dumps(effect)) == effect
+
+
+def tells_where(_model, _site):
+    raise RuntimeError(f"in process {os.getpid()}")
+
+
+def compare():
+    """Diagnose in one process and in two, in a process that has one thread."""
+    u = steps(1, 240)
+    data = record(u, lag(dead_zone(u, 0.3)))
+    where = Effect("tells_where", "it fails and tells where", tells_where, needs="nothing")
+    effects = [where, "input_dead_zone", "input_saturation", "input_noise", "quantisation"]
+    one, two = (diagnose(LAG, data, BOUND, effects, certify=False, workers=n) for n in (1, 2))
+    assert one.skipped.pop("tells_where") == f"RuntimeError: in process {os.getpid()}"
+    assert two.skipped.pop("tells_where") != f"RuntimeError: in process {os.getpid()}"
+    assert [cause.effect for cause in two.causes] == ["input_dead_zone"]
+    assert two.to_dict() == one.to_dict()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux makes copies of a process")
+def test_two_processes_find_what_one_finds():
+    # A test process may have further threads, and is not copied then.
+    code = "from tests.smid.diagnosis.test_in_processes import compare; compare()"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
