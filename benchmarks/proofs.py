@@ -1,14 +1,13 @@
 """Prove the names of blind cases with a known noise bound: ``python -m benchmarks.proofs``.
 
 Each result is appended to the cache as soon as it is there, so a run that was interrupted goes on where it stopped.
-Diagnoses are kept in a folder of their own, so that proofs are measured again without another search. Delete the cache
-when the proofs have changed, and the folder when the diagnosis has.
+Diagnoses are kept in a folder, that of `benchmarks.blind`, so that proofs need no second search. Delete the cache when
+the proofs have changed, and the folder when the diagnosis has.
 """
 
 from __future__ import annotations
 
 import argparse
-import pickle
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.blind.cases import draw
+from benchmarks.blind.kept import diagnosed
 from benchmarks.processor_time import in_processor_time
 from benchmarks.resumable import kept, run
 
@@ -69,22 +69,14 @@ class ProofResult:
 
 def prove_case(seed: int, samples: int, seconds: float, diagnoses: Path) -> ProofResult:
     """Draw a case with one hidden effect, diagnose it in this process unless that is done, and prove the name."""
-    from smid.diagnosis import diagnose, prove_name
+    from smid.diagnosis import prove_name  # here, so that reading results does not need the diagnosis
 
-    kept_file = diagnoses / f"{seed}_{samples}.pickle"
-    truth = list[str]()
+    case = draw(seed, 1, samples)
+    truth = list(case.truth)
     try:
-        if not kept_file.exists():
-            case = draw(seed, 1, samples)
-            truth = list(case.truth)
-            found = diagnose(case.model, case.data, case.noise_bound, certify=False, workers=1)
-            whole = kept_file.with_suffix(".part")  # a file that was begun only is never read
-            whole.write_bytes(pickle.dumps((case.truth, case.noise_bound, found)))
-            whole.rename(kept_file)
-        hidden, noise_bound, found = pickle.loads(kept_file.read_bytes())
-        truth = list(hidden)
+        found = diagnosed(case, "single", diagnoses)
         with in_processor_time():
-            proof = prove_name(found, noise_bound, seconds).name_proof
+            proof = prove_name(found, case.noise_bound, seconds).name_proof
     except Exception as error:  # one broken case must not end the run; it counts as a failure
         message = f"{type(error).__name__}: {error}".replace("\n", " ").replace("|", "/")[:300]
         return ProofResult(seed, truth, [], NONE, NONE, {}, {}, 0, 0, 0.0, 0.0, message)
@@ -214,6 +206,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.proofs", description=__doc__)
     parser.add_argument("--seeds", type=int, default=40, help="number of cases")
     parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--step", type=int, default=2, help="2: the cases of `benchmarks.blind` with one effect")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--samples", type=int, default=1000)
     parser.add_argument("--seconds", type=float, default=60.0, help="processor time allowed for the proof of a case")
@@ -228,7 +221,7 @@ def main() -> None:
     for entry in kept(given.cache):
         if {name: entry.pop(name) for name in also} == also:
             known[entry["seed"]] = ProofResult(**entry)
-    wanted = range(given.first, given.first + given.seeds)
+    wanted = range(given.first, given.first + given.step * given.seeds, given.step)
     results = [known[seed] for seed in wanted if seed in known]
     missing = [(seed, given.samples, given.seconds, given.diagnoses) for seed in wanted if seed not in known]
     for result in run(given.cache, prove_case, missing, given.workers, also):

@@ -1,7 +1,7 @@
 """Diagnose blind cases and score it: ``python -m benchmarks.blind``.
 
 Each result is appended to the cache as soon as it is there, so a run that was interrupted goes on where it stopped.
-Delete the cache when the diagnosis has changed.
+The diagnoses are kept in a folder.  Delete both when the diagnosis has changed.
 """
 
 from __future__ import annotations
@@ -42,14 +42,16 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=1000)
     parser.add_argument("--output", type=Path, default=Path("docs/diagnosis.md"))
     parser.add_argument("--cache", type=Path, default=Path(".cache/blind.jsonl"))
+    parser.add_argument("--diagnoses", type=Path, default=Path(".cache/diagnoses"))
     given = parser.parse_args()
+    given.diagnoses.mkdir(parents=True, exist_ok=True)
 
     kinds = ROUND if given.kind == "all" else (given.kind,)
     seeds = range(given.first, given.first + given.seeds)
     wanted = list(zip(cycle(kinds), seeds, strict=False))
     known = {(o.kind, o.seed): o for o in _cached(given.cache, given.samples)}
     results = [known[key] for key in wanted if key in known]
-    missing = [(*key, given.samples) for key in wanted if key not in known]
+    missing = [(*key, given.samples, given.diagnoses) for key in wanted if key not in known]
     print(f"{len(wanted)} cases, {len(results)} of them in {given.cache}", flush=True)
     started = time.perf_counter()
     for result in run(given.cache, diagnose_case, missing, given.workers, {"samples": given.samples}):

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from benchmarks.blind.cases import TEST, draw
+from benchmarks.blind.kept import diagnosed
 from benchmarks.blind.score import CaseResult
 
 if TYPE_CHECKING:
@@ -19,8 +21,8 @@ __all__ = ["KINDS", "diagnose_case"]
 KINDS = {"single": 1, "none": 0, "none, bound withheld": 0, "pair": 2, "triple": 3}
 
 
-def diagnose_case(kind: str, seed: int, samples: int) -> CaseResult:
-    """Draw a case, diagnose it in this process, and compare.
+def diagnose_case(kind: str, seed: int, samples: int, diagnoses: Path) -> CaseResult:
+    """Draw a case, diagnose it in this process unless that is done, and compare.
 
     Parameters
     ----------
@@ -30,29 +32,29 @@ def diagnose_case(kind: str, seed: int, samples: int) -> CaseResult:
         Seed of the case.
     samples : int
         Length of its record.
+    diagnoses : Path
+        Folder of the diagnoses; see `diagnosed`.
 
     Returns
     -------
     CaseResult
         With verdict "failed" when the diagnosis raised.
     """
-    import smid  # here, so that drawing cases does not need the diagnosis
-
     case = draw(seed, KINDS[kind], samples)
-    started = time.perf_counter()
     named: tuple[str, ...] = ()
     rivals: tuple[str, ...] = ()
     ratio, message = float("nan"), ""
     probabilities: tuple[float, ...] = ()
     doubts: tuple[tuple[str, float], ...] = ()
     in_other_words = 0
+    started = time.perf_counter()
     try:
-        bound = None if "withheld" in kind else case.noise_bound
-        result = smid.diagnose(case.model, case.data, noise_bound=bound, certify=False, workers=1)
+        result = diagnosed(case, kind, diagnoses)
     except Exception as error:  # one broken case must not end a run of hours; it counts as a failure
-        verdict, message = "failed", f"{type(error).__name__}: {error}".replace("\n", " ").replace("|", "/")[:300]
+        verdict, seconds = "failed", time.perf_counter() - started
+        message = f"{type(error).__name__}: {error}".replace("\n", " ").replace("|", "/")[:300]
     else:
-        verdict = str(result.verdict)
+        verdict, seconds = str(result.verdict), result.seconds
         named = tuple(_in_words_of(case.truth, cause) for cause in result.causes)
         in_other_words = sum(cause.effect != name for cause, name in zip(result.causes, named, strict=True))
         probabilities = tuple(float(cause.confidence) for cause in result.causes)
@@ -62,7 +64,6 @@ def diagnose_case(kind: str, seed: int, samples: int) -> CaseResult:
         recorded = case.data.experiments[0].values[result.output]
         rest = (recorded - case.predictable)[round((1 - TEST) * samples) :]
         ratio = float(result.gain.rmse_after) / float(np.sqrt(np.mean(rest**2)))
-    seconds = time.perf_counter() - started
     strength, place = case.strength, (case.plant, case.signal)
     return CaseResult(
         kind,

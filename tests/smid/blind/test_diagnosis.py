@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import count
+from pathlib import Path
 
 import pytest
 
@@ -18,14 +19,14 @@ SEEDS = [next(seed for seed in count() if ranked(seed, "single")[0] == name) for
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_hidden_effect_is_named_first(seed: int) -> None:
-    outcome = diagnose_case("single", seed, SAMPLES)
+def test_the_hidden_effect_is_named_first(seed: int, tmp_path: Path) -> None:
+    outcome = diagnose_case("single", seed, SAMPLES, tmp_path)
     assert outcome.verdict == "named", outcome.message
     assert outcome.named[0] == outcome.truth[0]
     assert outcome.ratio < 1.5
 
 
 @pytest.mark.parametrize("kind", ["none", "none, bound withheld"])
-def test_nothing_is_named_where_nothing_is_wrong(kind: str) -> None:
-    outcomes = [diagnose_case(kind, seed, SAMPLES) for seed in range(2 if kind == "none" else 1)]
+def test_nothing_is_named_where_nothing_is_wrong(kind: str, tmp_path: Path) -> None:
+    outcomes = [diagnose_case(kind, seed, SAMPLES, tmp_path) for seed in range(2 if kind == "none" else 1)]
     assert [o.named for o in outcomes] == [()] * len(outcomes)
