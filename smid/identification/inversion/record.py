@@ -160,6 +160,8 @@ class Record:
         self.model, self.data = as_inverted(model), data
         model, runs, bounds = with_bounds_measured(self.model, data, bounds)
         self.tape = tape = tape_of(model)
+        # One state alone turns around no other.
+        self._kept = KEPT if tape.first[tape.states & ~tape.clocks].sum() > 1 else min(KEPT, 1)
         noise = {m.channel: bounds[m.channel] for m in model.measurements if m.noise is not None}
         plain = {m.signal: m.channel for m in model.measurements if m.inverse is None}
         self._noise = np.array(
@@ -366,7 +368,7 @@ class Record:
         all_shown = len(tape.integrated) > 0 and not (shift or self.hidden)
         lean, may_end = all_shown and np.isfinite(ANCHORS[a]), all_shown and not np.isfinite(ANCHORS[a])
         balanced = len(tape.integrated) if lean else 0
-        kept = 0 if balanced else KEPT
+        kept = 0 if balanced else self._kept
         start = start[:, : start.shape[1] - KEPT + kept]
         width = SLOPES + len(piece.unknowns) + len(tape.shared)
         outputs = np.zeros((len(tape.rows), data.shape[1], width))
