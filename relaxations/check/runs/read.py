@@ -15,7 +15,7 @@ from relaxations.check.runs.fixed import ONE, above, below
 from relaxations.check.runs.modulated import Modulation
 from relaxations.check.runs.narrowing import Bounded, Compared, Shaved, Step
 from relaxations.check.runs.proof import Node, Pass, Side
-from relaxations.check.runs.run import BALANCES, CONSTRAINT, LINKS, Source
+from relaxations.check.runs.run import BALANCES, CONSTRAINT, LINKS, STEPWISE, Source
 from relaxations.check.runs.statement import Measured, Piece, Samples, Stated
 from relaxations.check.runs.tape import Tape
 from relaxations.check.runs.terms import Terms
@@ -455,9 +455,9 @@ def _source(reader: Reader, value: Any, stated: Stated, where: str) -> Source:
     if run == CONSTRAINT and not isinstance(run, bool):
         counts = (1, len(stated.constraints), 1)
     else:
-        reader.index(run, where, BALANCES + 1)
+        reader.index(run, where, STEPWISE + 1)
         piece = reader.index(places[0], where, len(stated.pieces))
-        named = stated.measured if run < LINKS else stated.lines if run < BALANCES else stated.rates
+        named = stated.measured if run < LINKS or run == STEPWISE else stated.lines if run < BALANCES else stated.rates
         counts = (piece + 1, len(named), stated.pieces[piece].count)
     e, n, now = (reader.index(place, where, count) for place, count in zip(places, counts, strict=True))
     return run, e, n, now

@@ -8,7 +8,8 @@ number: it is never used again, and where it is older than the kept ones its sha
 true of any form at any time.
 
 A signal lies within the noise bound of its measurement at every point of the set. So its form may be narrowed to that,
-and a run that is *anchored* may replace it where it is wider than one noise bound.
+and a run that is *anchored* may replace it where it is wider than one noise bound. A *stepwise* run replaces it at
+every sample, and the error of each measurement has a symbol, which all rows share.
 
 States that have rates are integrated from one sample to the next (:mod:`.motion`). Over a wide box little is known of
 where they go. But where they are measured at both ends of an interval, their change is the interval times a value of
@@ -19,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import accumulate
 
 from relaxations.check.runs.affine import UNKNOWN, Form, Range, add, narrowed, negative, scaled, spread, symbol
 from relaxations.check.runs.fixed import End
@@ -35,9 +37,12 @@ LINKS = 2
 BALANCES = 2 * LINKS
 """In place of a run: the row compares the measurements of a state at both ends of an interval with its rate."""
 
+STEPWISE = BALANCES + 1
+"""In place of a run: the row compares a measurement with what the model says from the samples before."""
+
 Source = tuple[int, int, int, int]
-"""Run, piece, measurement, sample; `LINKS` more than a run, piece, line, sample; `BALANCES`, piece, state, sample; or
-`CONSTRAINT`, 0, constraint, 0."""
+"""Run or `STEPWISE`, piece, measurement, sample; `LINKS` more than a run, piece, line, sample; `BALANCES`, piece,
+state, sample; or `CONSTRAINT`, 0, constraint, 0."""
 
 
 _BEYOND = 10  # noise bounds
@@ -45,7 +50,10 @@ _BEYOND = 10  # noise bounds
 
 @dataclass(frozen=True)
 class Row:
-    """``low <= sum slope_k e_k <= high`` for the symbols that all rows share; impossible where no point can."""
+    """``low <= sum slope_k e_k <= high`` for the symbols that all rows share; impossible where no point can.
+
+    These are the symbols of the unknowns, of what parameters alone leave over, and of the errors of all measurements.
+    """
 
     slopes: Mapping[int, int]
     low: int
@@ -62,14 +70,16 @@ def rows(stated: Stated, box: list[Range], sources: Iterable[Source]) -> dict[So
         wanted.setdefault((run, source[1]), []).append(source)
     starts = [symbol(*ends, k) for k, ends in enumerate(box)]
     fixed = _fixed(stated, starts)
-    symbols = len(box) + len(stated.tape.shared)
+    errors = len(box) + len(stated.tape.shared)
+    begins = list(accumulate((len(stated.measured) * piece.count for piece in stated.pieces), initial=errors))
+    symbols = begins[-1]
     for (run, piece), own in wanted.items():
         if run == CONSTRAINT:
             for source in own:
                 form = fixed[stated.constraints[source[2]]]
                 found[source] = _row(form, symbols, 0, form.high)
         else:
-            _run(stated, stated.pieces[piece], run, starts, fixed, symbols, own, found)
+            _run(stated, stated.pieces[piece], run, starts, fixed, begins[piece], symbols, own, found)
     return found
 
 
@@ -106,11 +116,20 @@ def _run(
     run: int,
     starts: list[Form],
     fixed: list[Form],
+    errors: int,
     symbols: int,
     wanted: list[Source],
     found: dict[Source, Row | None],
 ) -> None:
-    """Find the rows of one run, as far as the last sample that is wanted."""
+    """Find the rows of one run, as far as the last sample that is wanted.
+
+    Parameters
+    ----------
+    errors
+        Symbol of the error of the first sample of the first measurement.
+    symbols
+        The further ones belong to this run alone.
+    """
     tape = stated.tape
     varying = [(k, entry) for k, entry in enumerate(tape.entries) if not (tape.fixed[k] or tape.moved[k])]
     least = sum(cost_of(entry) for _, entry in varying)
@@ -152,7 +171,7 @@ def _run(
         # The rows.
         asked = by_sample.get(now, ())
         for source in asked:
-            if source[0] >= LINKS:
+            if LINKS <= source[0] < STEPWISE:
                 continue  # below, or above
             row = stated.measured[source[2]].row
             if row is not None and piece.shown[source[2]][now] is not None:
@@ -163,8 +182,14 @@ def _run(
             if measured.defined is not None and shown is not None:
                 own = forms[measured.defined]
                 lost = lost or (ends and _is_lost(own, stated.bounds[n], symbols))
-                if run == ANCHORED and now >= stated.first[measured.signal] and spread(own) > stated.bounds[n]:
-                    own = shown
+                if now >= stated.first[measured.signal]:
+                    if run == ANCHORED and spread(own) > stated.bounds[n]:
+                        own = shown
+                    elif run == STEPWISE:
+                        seen = symbol(shown.low, shown.high, errors + n * piece.count + now)
+                        compared = _row(add(own, negative(seen)), symbols, 0, 0)
+                        found.update({source: compared for source in asked if source[2] == n})
+                        own = narrowed(seen, own.low, own.high)
                 forms[measured.defined] = narrowed(own, shown.low, shown.high)
         for source in asked:
             if LINKS <= source[0] < BALANCES:

@@ -22,7 +22,7 @@ from relaxations.check.runs.fixed import ONE, below
 from relaxations.check.runs.narrowing import Narrowed
 from relaxations.check.runs.proof import Box as Ends
 from relaxations.check.runs.proof import Pass, Side, bound_of, contract
-from relaxations.check.runs.run import ANCHORED, BALANCES, CONSTRAINT, FREE, LINKS, Row, Source, rows
+from relaxations.check.runs.run import ANCHORED, BALANCES, CONSTRAINT, FREE, LINKS, STEPWISE, Row, Source, rows
 from relaxations.check.runs.statement import Stated
 from relaxations.deadline import Progress
 from smid.identification.inversion.contraction import NOTHING, Multipliers, contracted
@@ -130,8 +130,8 @@ def _steps(content: Mapping[str, Any], cover: Cover) -> int:
     return min(steps, most)
 
 
-def _sources(stated: Stated) -> list[Source]:
-    """Return the constraints and samples of which the checker states something."""
+def _sources(stated: Stated, other: int = ANCHORED) -> list[Source]:
+    """Return the constraints and samples of which the checker states something, in a free run and another one."""
     found: list[Source] = [(CONSTRAINT, 0, k, 0) for k in range(len(stated.constraints))]
     # Where measurements show all states of rates, balances say as much of wide boxes as an anchored run, in less time.
     shown = {m.signal: n for n, m in enumerate(stated.measured) if m.defined is not None and not m.within}
@@ -139,7 +139,7 @@ def _sources(stated: Stated) -> list[Source]:
     for k, piece in enumerate(stated.pieces):
         found += [
             (run, k, m, now)
-            for run in ((FREE,) if balanced else (FREE, ANCHORED))
+            for run in ((FREE,) if balanced else (FREE, other))
             for m, measured in enumerate(stated.measured)
             if measured.row is not None
             for now, sample in enumerate(piece.shown[m])
@@ -159,7 +159,7 @@ class _Walk:
 
     def __init__(self, stated: Stated, cover: Cover, known: Narrowed) -> None:
         self._stated, self._root, self._known = stated, cover.root, known
-        self._sources = _sources(stated)
+        self._sources = _sources(stated, STEPWISE if cover.record.stepwise else ANCHORED)
         signals, parts = cover.record.tape.signals, cover.record.cut.parts
         self._sources += [
             (LINKS + run, k, stated.lines.index(signals[own]), now)

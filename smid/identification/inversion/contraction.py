@@ -179,7 +179,7 @@ def contracted(rows: Rows, lower: Array, upper: Array, groups: Sequence[Group]) 
     proofs = list[Multipliers]()
     for group in groups:
         own = rows if group.pieces is None else rows.where(np.isin(rows.sources[:, 1], group.pieces))
-        if not len(own.centre):
+        if not (len(own.centre) and group.unknowns):
             continue
         program, points = Program(own), list[Array]()
         for k in group.unknowns:

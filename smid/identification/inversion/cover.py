@@ -24,7 +24,7 @@ from relaxations.deadline import check_time
 from smid.identification.inversion.contraction import Contraction, Program, contracted
 from smid.identification.inversion.frame import middle_and_half
 from smid.identification.inversion.outermost import near
-from smid.identification.inversion.record import LINKS, Group, Record
+from smid.identification.inversion.record import LINKS, STEPWISE, Group, Record
 
 HEAVIEST = 5
 """Samples that are said to carry a proof."""
@@ -298,7 +298,7 @@ def heaviest(cover: Cover) -> tuple[tuple[int, int, float], ...]:
             proof = box.contractions[-1].proof[-1]
             size = np.abs(proof.values) / np.abs(proof.values).sum()
             for (anchor, part, _, sample), share in zip(proof.sources.tolist(), size.tolist(), strict=True):
-                if 0 <= anchor < LINKS:
+                if 0 <= anchor < LINKS or anchor == STEPWISE:
                     piece = cover.record.cut.parts[part]
                     place = piece.experiment, piece.first + sample
                     shares[place] = shares.get(place, 0.0) + share

@@ -6,8 +6,11 @@ at one sample is known to be the same at the next: without this, errors of state
 without limit (the wrapping effect). So many symbols are kept; the oldest one is folded back into the radii.
 
 A measured state that is known less well than it is measured may be replaced by its measurement within the noise bound.
-A run that is `anchored` does so, so that it is useful over wide boxes; one that is not keeps the dependence on the
-unknowns, so that it is narrow over small boxes.
+A run that is *anchored* does so, so that it is useful over wide boxes; one that is not keeps the dependence on the
+unknowns, so that it is narrow over small boxes. A *stepwise* run replaces every measured state at every sample, and the
+error of each measurement has a symbol of its own, which is the same in all rows: then linear programs see that what a
+sample says of an error, the next ones cannot deny. Over a wide box of a pole this costs a share of the noise bound,
+where a run costs a share of the signal.
 
 References
 ----------
@@ -22,6 +25,7 @@ import math
 import numpy as np
 
 from relaxations.algebra.affine_arithmetic import (
+    CENTRE,
     HIGH,
     LOW,
     RADIUS,
@@ -86,6 +90,28 @@ def _keep(target: Array, to: int, forms: Array, a: int) -> None:
 
 
 @compiled
+def _measured_less(target: Array, to: int, forms: Array, a: int, value: float, reach: float) -> None:
+    """Write a form less a measurement, whose error has the last symbol."""
+    own = target.shape[1] - 1
+    _keep(target[:, :own], to, forms, a)
+    target[to, own] = -reach
+    centre = target[to, CENTRE] - value
+    target[to, RADIUS] = (target[to, RADIUS] + EPSILON * abs(centre)) * (1.0 + 4.0 * EPSILON)
+    target[to, CENTRE] = centre
+    target[to, LOW] = math.nextafter(math.nextafter(forms[a, LOW] - value, -math.inf) - reach, -math.inf)
+    target[to, HIGH] = math.nextafter(math.nextafter(forms[a, HIGH] - value, math.inf) + reach, math.inf)
+
+
+@compiled
+def _error(forms: Array, to: int, value: float, reach: float, symbol: int) -> None:
+    """Write the form of a measured signal: its measurement, with a symbol for the error."""
+    low, high = forms[to, LOW], forms[to, HIGH]
+    interval(forms, to, value, reach)
+    forms[to, LOW], forms[to, HIGH] = max(forms[to, LOW], low), min(forms[to, HIGH], high)
+    forms[to, symbol], forms[to, RADIUS] = reach, 0.0
+
+
+@compiled
 def _is_lost(forms: Array, a: int, kept_from: int, reach: float) -> bool:
     """Return whether a form beyond some noise bounds is known little from its slopes."""
     slopes = 0.0
@@ -122,6 +148,7 @@ def enclose_run(
     anchor: float,
     defined_only: bool,
     may_end: bool,
+    stepwise: bool,
     outputs: Array,
     bounded: Array,
     linked: Array,
@@ -151,8 +178,12 @@ def enclose_run(
         Forms hold the runs that are real numbers throughout. If set, nothing is known of what may not be.
     may_end
         Whether to integrate no further, as that is costly, where what is left over outweighs what the unknowns say.
+    stepwise
+        Whether every state begins anew from its measurement. The kept symbols are those of the errors: of each
+        measured output at each of ``depth + 1`` samples, which take their places in turn.
     outputs
-        Shape (measured outputs, n, 4 + unknowns + shared). Each form is zero where the model fits the sample.
+        Shape (measured outputs, n, 4 + unknowns + shared). Each form is zero where the model fits the sample. Where
+        stepwise, with the kept symbols and that of the sample's own error besides.
     bounded
         Shape (constraints, 4 + unknowns + shared).
     linked
@@ -186,7 +217,14 @@ def enclose_run(
         copy(bounded, k, forms, constraints[k])
     lean = balances.shape[0] > 0
     oldest, lost = 0, False
+    own_symbol = outputs.shape[2] - 1
     for now in range(n):
+        if stepwise:
+            # The errors of the oldest sample that no line reads any more leave their symbols to those of this one.
+            for k in range(rows.shape[0]):
+                symbol = kept_from + (now % (depth + 1)) * rows.shape[0] + k
+                _fold(flat, symbol)
+                _fold(forms[once.shape[0] :], symbol)
         if lost:
             for k in range(rows.shape[0]):
                 nothing_known(outputs[k], now)
@@ -256,10 +294,18 @@ def enclose_run(
                 signal += 1
         # Keep the rows.
         for k in range(rows.shape[0]):
+            own, value = row_signals[k], data[row_channels[k], now]
+            is_shown = own >= 0 and math.isfinite(value) and now >= first[own]
+            if stepwise:
+                _keep(outputs[k, :, :own_symbol], now, forms, rows[k])
+                if is_shown:
+                    reach = noise[row_channels[k]] * (1.0 + 4.0 * EPSILON) + EPSILON * abs(value)
+                    _measured_less(outputs[k], now, forms, defined[own], value, reach)
+                    _error(forms, defined[own], value, reach, kept_from + (now % (depth + 1)) * rows.shape[0] + k)
+                continue
             _keep(outputs[k], now, forms, rows[k])
             # The state lies within the noise bound of its measurement.
-            own, value = row_signals[k], data[row_channels[k], now]
-            if own >= 0 and math.isfinite(value) and now >= first[own]:
+            if is_shown:
                 state, reach = defined[own], noise[row_channels[k]]
                 lost = lost or (may_end and _is_lost(forms, state, kept_from, reach))
                 if spread(forms, state) > anchor * reach:
@@ -276,7 +322,7 @@ def enclose_run(
             if remembered[signal]:
                 own, place = defined[signal], now % (depth + 1)
                 copy(past[signal], place, forms, own)
-                if kept > 0 and past[signal, place, RADIUS] > 0.0:
+                if kept > 0 and not stepwise and past[signal, place, RADIUS] > 0.0:
                     symbol = kept_from + oldest
                     _fold(flat, symbol)
                     _fold(forms[once.shape[0] :], symbol)

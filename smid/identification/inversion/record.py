@@ -49,6 +49,9 @@ LINKS = len(ANCHORS)
 BALANCES = 2 * LINKS
 """In place of an anchor: the row compares a rate with what is known at both ends of an interval."""
 
+STEPWISE = BALANCES + 1
+"""In place of an anchor: the run begins anew from the measurements at each sample, and each error has a symbol."""
+
 _UNKNOWN = 1e12
 _UP = 1 + 64 * EPSILON  # covers the sums below
 
@@ -57,7 +60,8 @@ _UP = 1 + 64 * EPSILON  # covers the sums below
 class Rows:
     """``|centre + slopes @ e| <= radius`` for unknowns ``middle + half * e`` with e in [-1, 1].
 
-    Further symbols follow those of the unknowns: what operations on the parameters alone leave over.
+    Further symbols follow those of the unknowns: what operations on the parameters alone leave over, and the errors of
+    the measurements, as shares of their noise bounds.
 
     Parameters
     ----------
@@ -67,7 +71,8 @@ class Rows:
         Shape (n, symbols).
     sources
         Shape (n, 4). Place of the anchor, piece, measured output, sample of the piece; `LINKS` more than the anchor,
-        piece, signal, sample; `BALANCES`, piece, integrated state, sample; or `CONSTRAINT` or `PRIOR`, 0, which, 0.
+        piece, signal, sample; `BALANCES`, piece, integrated state, sample; `STEPWISE`, piece, measured output, sample;
+        or `CONSTRAINT` or `PRIOR`, 0, which, 0.
     impossible
         A row that no unknowns of the box keep; -1: none.
     """
@@ -148,6 +153,9 @@ class Record:
         What is known of the unknowns beforehand, shape (unknowns,).
     hidden
         Piece and unknown of each hidden state that a piece begins with.
+    stepwise
+        Whether a stepwise run is read in place of the anchored one: where measurements show all states, and none is
+        integrated, it says as much of a small box, and more of a wide one.
 
     Raises
     ------
@@ -196,6 +204,7 @@ class Record:
         ]
         self.names, self.lower, self.upper = self.cut.names, self.cut.lower, self.cut.upper
         self.frame: Frame | None = None
+        self.stepwise = not (self.hidden or len(tape.integrated))
 
     def within(self, lower: Array, upper: Array) -> Record:
         """Return the record with more known of the unknowns beforehand."""
@@ -227,7 +236,7 @@ class Record:
                 np.concatenate([block.unknowns.ravel() for block in blocks]),
                 np.cumsum(counts),
             ),
-            shape=(len(ends), len(lower) + len(self.tape.shared)),
+            shape=(len(ends), len(lower) + len(self.tape.shared) + self._errors),
         )
         reach = np.asarray(abs(slopes).sum(axis=1))
         impossible = np.flatnonzero((ends[:, LOW] > 0) | (ends[:, HIGH] < 0))
@@ -244,9 +253,11 @@ class Record:
         """
         total = 0.0
         for piece in self.cut.parts:
-            runs = [self._run(piece, a, lower, upper) for a in range(len(ANCHORS))]
-            least = np.min([np.concatenate([run.outputs[:, RADIUS], run.linked[:, RADIUS]]) for run in runs], axis=0)
-            for radii in (least, *(own[:, RADIUS] for run in runs for own in run.balances)):
+            free, other = (self._run(piece, a, lower, upper) for a in (0, STEPWISE if self.stepwise else 1))
+            errors = np.abs(other.outputs[:, -1]) if self.stepwise else 0.0  # elsewhere they are in the radius
+            outputs = np.minimum(free.outputs[:, RADIUS], other.outputs[:, RADIUS] + errors)
+            linked = np.minimum(free.linked[:, RADIUS], other.linked[:, RADIUS])
+            for radii in (outputs, linked, *(own[:, RADIUS] for run in (free, other) for own in run.balances)):
                 total -= float(np.log(np.clip(radii, TINY, _UNKNOWN)).sum())
         return total
 
@@ -311,10 +322,35 @@ class Record:
         """The number of parameters and initial samples of the experiments."""
         return len(self.tape.parameters) + sum(int((piece.initial >= 0).sum()) for piece in self.cut.wholes)
 
+    @property
+    def _errors(self) -> int:
+        """The number of symbols for errors of measurements."""
+        return sum(piece.said.size for piece in self.cut.parts) if self.stepwise else 0
+
     def _blocks(self, lower: Array, upper: Array, only: int | None) -> list[_Block]:
         places = range(len(self.cut.parts)) if only is None else (only,)
-        runs = ((place, a) for a in range(len(ANCHORS)) for place in places)
-        return [block for place, a in runs for block in self._said(place, a, lower, upper)]
+        runs = ((place, a) for a in range(1 if self.stepwise else len(ANCHORS)) for place in places)
+        blocks = [block for place, a in runs for block in self._said(place, a, lower, upper)]
+        return [*blocks, *(self._steps(place, lower, upper) for place in places if self.stepwise)]
+
+    def _steps(self, place: int, lower: Array, upper: Array) -> _Block:
+        """Return what a stepwise run states of the outputs."""
+        piece = self.cut.parts[place]
+        found, (outputs, n) = self._run(piece, STEPWISE, lower, upper), piece.said.shape
+        # A form has the errors of the samples before, in the places that they take in turn, and then that of its own.
+        which, now = found.places.T
+        turns, own = np.divmod(np.arange((self.tape.depth + 1) * outputs), outputs)
+        samples = np.maximum(now[:, None] - (now[:, None] - turns) % (self.tape.depth + 1), 0)
+        begin = len(lower) + len(self.tape.shared)
+        before = begin + sum(other.said.size for other in self.cut.parts[:place])
+        unknowns = np.concatenate([piece.unknowns, np.arange(len(lower), begin)])
+        columns = [
+            np.broadcast_to(unknowns, (len(which), len(unknowns))),
+            before + own * n + samples,
+            before + which * n + now,
+        ]
+        sources = np.column_stack([np.full_like(which, STEPWISE), np.full_like(which, place), which, now])
+        return _Block(found.outputs, np.column_stack(columns), sources)
 
     def _said(self, place: int, a: int, lower: Array, upper: Array) -> Iterator[_Block]:
         """Yield what a run states: of the outputs, of the start of the next piece, and once of the unknowns alone."""
@@ -365,13 +401,15 @@ class Record:
         # A point, for which alone data are shifted, is one of the unknowns themselves.
         start = self._start(lower, upper, piece.unknowns, not shift)
         # Where measurements show all states, their balances say as much as an anchored run, in less time.
-        all_shown = len(tape.integrated) > 0 and not (shift or self.hidden)
-        lean, may_end = all_shown and np.isfinite(ANCHORS[a]), all_shown and not np.isfinite(ANCHORS[a])
+        all_shown, stepwise = len(tape.integrated) > 0 and not (shift or self.hidden), a == STEPWISE
+        anchor = 0.0 if stepwise else ANCHORS[a]
+        lean, may_end = all_shown and np.isfinite(anchor), all_shown and not np.isfinite(anchor)
         balanced = len(tape.integrated) if lean else 0
-        kept = 0 if balanced else self._kept
-        start = start[:, : start.shape[1] - KEPT + kept]
-        width = SLOPES + len(piece.unknowns) + len(tape.shared)
-        outputs = np.zeros((len(tape.rows), data.shape[1], width))
+        # A line reads no errors of more samples than its longest lag.
+        kept = (tape.depth + 1) * len(tape.rows) if stepwise else 0 if balanced else self._kept
+        width = start.shape[1]
+        start = np.hstack([start, np.zeros((len(start), kept))])
+        outputs = np.zeros((len(tape.rows), data.shape[1], width + (kept + 1) * stepwise))
         constraints, linked = np.zeros((len(tape.constraints), width)), np.zeros((len(piece.links), width))
         balances = np.zeros((balanced, data.shape[1], width))
         balances[:, 0, [RADIUS, LOW, HIGH]] = np.inf, -np.inf, np.inf
@@ -390,9 +428,10 @@ class Record:
             noise,
             tape.depth,
             kept,
-            ANCHORS[a],
+            anchor,
             bool(shift),
             may_end,
+            stepwise,
             outputs,
             constraints,
             linked,
@@ -430,7 +469,7 @@ class Record:
     def _start(self, lower: Array, upper: Array, which: Index, framed: bool) -> Array:
         """Return the forms of some unknowns over a box, of the coordinates where it is framed."""
         count = len(which)
-        forms = np.zeros((count, SLOPES + count + len(self.tape.shared) + KEPT))
+        forms = np.zeros((count, SLOPES + count + len(self.tape.shared)))
         middle, half = middle_and_half(lower[which], upper[which])
         if self.frame is None or not framed:
             known = np.isfinite(upper[which] - lower[which])

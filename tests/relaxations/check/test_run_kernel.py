@@ -6,6 +6,7 @@ import math
 import subprocess
 import sys
 import time
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +19,11 @@ from relaxations.check import Refused, Unreadable, main, read, runs
 from relaxations.check.runs import read as read_run
 from relaxations.check.runs.fixed import ONE
 from relaxations.check.runs.proof import hull
+from relaxations.check.runs.run import ANCHORED, FREE, STEPWISE, rows
 from relaxations.check.runs.text import parsed
 from tests.relaxations.check.any_boxes import any_boxes
+
+RUNS = (FREE, ANCHORED, STEPWISE)
 
 # A signal that is twice the parameter, measured once as 1 within 1/10.
 DOUBLE: dict[str, Any] = {
@@ -81,6 +85,8 @@ NOT_A_CERTIFICATE = {
     "a row of another experiment": changed(*PASS, "rows", to=[[0, 1, 0, 0]]),
     "a row of another measurement": changed(*PASS, "rows", to=[[0, 0, 1, 0]]),
     "a row of another run": changed(*PASS, "rows", to=[[4, 0, 0, 0]]),
+    "a row of no kind": changed(*PASS, "rows", to=[[6, 0, 0, 0]]),
+    "a step of another measurement": changed(*PASS, "rows", to=[[5, 0, 1, 0]]),
     "a link of another line": changed(*PASS, "rows", to=[[2, 0, 1, 0]]),
     "a piece of another experiment": changed("pieces", to=[[1, 0, 2]]),
     "a piece beyond the record": changed("pieces", to=[[0, 0, 3]]),
@@ -263,7 +269,7 @@ def files(draw):
         states.append(step(*true, states[-1], inputs[k]))
     noise = rng.uniform(-0.049, 0.049, 9).tolist()
     measured = [x + n for x, n in zip(states, noise, strict=True)]
-    row = st.tuples(st.integers(0, 1), st.just(0), st.just(0), st.integers(0, 8))
+    row = st.tuples(st.sampled_from(RUNS), st.just(0), st.just(0), st.integers(0, 8))
     model = {
         "name": "m",
         "parameters": {"a": ["1/10", 1], "b": ["1/10", 1]},
@@ -280,13 +286,13 @@ def files(draw):
         "boxes": draw(any_boxes(row)),
         "claim": None,
     }
-    return {**DOUBLE, **parts}, (*true, 0.7)
+    return {**DOUBLE, **parts}, (*true, 0.7), states
 
 
 @given(found=files())
 @settings(max_examples=200, deadline=None)
 def test_no_multipliers_exclude_the_truth(found) -> None:
-    content, truth = found
+    content, truth, _ = found
     document = read_run.document(content)
     try:
         box = hull(document.nodes, document.stated, list(document.stated.box))
@@ -295,6 +301,33 @@ def test_no_multipliers_exclude_the_truth(found) -> None:
     assert box is not None
     for (low, high), value in zip(box, truth, strict=True):
         assert low <= value * ONE <= high
+
+
+@given(found=files(), share=st.sampled_from([1, Fraction(1, 10), Fraction(1, 1000)]))
+@settings(deadline=None)
+def test_every_row_holds_at_the_truth_and_its_errors(found, share) -> None:
+    content, truth, states = found
+    stated = read_run.document(content).stated
+    exact = [int(Fraction(value) * ONE) for value in truth]
+    box = [
+        (x - int(share * (x - low)), x + int(share * (high - x)))
+        for x, (low, high) in zip(exact, stated.box, strict=False)
+    ]
+    shown = [(own.low, own.high) for own in stated.pieces[0].shown[0]]
+    errors = len(box) + len(stated.tape.shared)
+    known = rows(stated, box, [(run, 0, 0, now) for run in RUNS for now in range(9)])
+    assert any(k >= errors for row in known.values() if row for k in row.slopes)
+    for row in filter(None, known.values()):
+        assert not row.impossible
+        total, left = Fraction(0), 0  # of what operations on parameters leave over nothing is known here
+        for k, slope in row.slopes.items():
+            if len(box) <= k < errors:
+                left += abs(slope)
+                continue
+            (low, high), value = (box[k], exact[k]) if k < errors else (shown[k - errors], states[k - errors] * ONE)
+            total += slope * (2 * Fraction(value) - low - high) / (high - low)
+        rounding = ONE * Fraction(1, 10**12)  # of the simulation
+        assert row.low - left - rounding <= total <= row.high + left + rounding
 
 
 # ---------------------------------------------------------------- the program
