@@ -50,7 +50,8 @@ def test_errors_that_rows_share_take_fewer_boxes(gaps):
 def test_the_checker_computes_such_rows_itself():
     cover = emptied(posed(True))
     claim, content = run_certificate(cover, {"y": BOUND}, lambda _: None, None)
-    assert claim is None and content is not None
+    assert claim is None
+    assert content is not None
     kinds = {row[0] for box in content["boxes"] for step in box.get("passes", ()) for row in step["rows"]}
     assert STEPWISE in kinds
     assert runs.check(content) is None
