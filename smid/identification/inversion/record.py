@@ -52,6 +52,9 @@ BALANCES = 2 * LINKS
 STEPWISE = BALANCES + 1
 """In place of an anchor: the run begins anew from the measurements at each sample, and each error has a symbol."""
 
+MOST_ERRORS = 500
+"""Samples of a stepwise run. The programs of more cost more time than the boxes that they save."""
+
 _UNKNOWN = 1e12
 _UP = 1 + 64 * EPSILON  # covers the sums below
 
@@ -154,8 +157,8 @@ class Record:
     hidden
         Piece and unknown of each hidden state that a piece begins with.
     stepwise
-        Whether a stepwise run is read in place of the anchored one: where measurements show all states, and none is
-        integrated, it says as much of a small box, and more of a wide one.
+        Whether a stepwise run is read in place of the anchored one, of at most `MOST_ERRORS` samples: where
+        measurements show all states, and none is integrated, it says as much of a small box, and more of a wide one.
 
     Raises
     ------
@@ -204,7 +207,8 @@ class Record:
         ]
         self.names, self.lower, self.upper = self.cut.names, self.cut.lower, self.cut.upper
         self.frame: Frame | None = None
-        self.stepwise = not (self.hidden or len(tape.integrated))
+        samples = sum(piece.said.size for piece in self.cut.parts)
+        self.stepwise = samples <= MOST_ERRORS and not (self.hidden or len(tape.integrated))
 
     def within(self, lower: Array, upper: Array) -> Record:
         """Return the record with more known of the unknowns beforehand."""
