@@ -1,4 +1,4 @@
-"""Worker processes of one thread each on this machine, which end with this process even if it is killed.
+"""Worker processes on this machine, which end with this process even if it is killed.
 
 Each watches a pipe whose other end only this process holds.
 """
@@ -24,9 +24,9 @@ _ENDING = {signal.SIGINT, signal.SIGTERM}
 
 @contextmanager
 def spawned(count: int) -> Iterator[ProcessPoolExecutor]:
-    """Start new processes, for as long as the context lasts; the user's script needs a ``__main__`` guard.
+    """Start new processes of one thread each, for as long as the context lasts.
 
-    They work on every system and beside other threads.
+    They work on every system and beside other threads; the user's script needs a ``__main__`` guard.
     """
     context = get_context("spawn")
     watched, held = context.Pipe(duplex=False)

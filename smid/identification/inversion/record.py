@@ -171,7 +171,7 @@ class Record:
         self.model, self.data = as_inverted(model), data
         model, runs, bounds = with_bounds_measured(self.model, data, bounds)
         self.tape = tape = tape_of(model)
-        # One state alone turns around no other.
+        # One state alone turns around no other, and needs no older symbols.
         self._kept = KEPT if tape.first[tape.states & ~tape.clocks].sum() > 1 else min(KEPT, 1)
         noise = {m.channel: bounds[m.channel] for m in model.measurements if m.noise is not None}
         plain = {m.signal: m.channel for m in model.measurements if m.inverse is None}

@@ -311,7 +311,7 @@ def test_every_row_holds_at_the_truth_and_its_errors(found, share) -> None:
     exact = [int(Fraction(value) * ONE) for value in truth]
     box = [
         (x - int(share * (x - low)), x + int(share * (high - x)))
-        for x, (low, high) in zip(exact, stated.box, strict=False)
+        for x, (low, high) in zip(exact, stated.box, strict=True)
     ]
     shown = [(own.low, own.high) for own in stated.pieces[0].shown[0]]
     errors = len(box) + len(stated.tape.shared)
