@@ -48,7 +48,7 @@ def compare(given: Candidates, outputs: Outputs) -> None:
     stems = Counter(Path(path).stem for path in dict.fromkeys(given.estimates))
     names = [Path(path).stem if stems[Path(path).stem] == 1 else path for path in given.estimates]
     data = load_for(found[0], given.path, given.columns)
-    comparison = compare_models({name: one.model for name, one in zip(names, found, strict=True)}, data)
+    comparison = compare_models(dict(zip(names, found, strict=True)), data)
     outputs.say(comparison)
     outputs.write(compare_document(comparison))
     outputs.write_report(lambda path: report(comparison, path))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import click
 import numpy as np
@@ -12,7 +12,7 @@ from relaxations.deadline import time_limit
 from relaxations.errors import UserError
 from relaxations.search.enclosure import Reason
 from smid.cli.console import EMPTY, INTERRUPTED, Command, Progress
-from smid.cli.loading import load_data, load_problem, load_record, noisy_outputs, stated_bounds
+from smid.cli.loading import load_others, load_problem, load_record, noisy_outputs, stated_bounds
 from smid.cli.options import (
     POSITIVE,
     NoiseBound,
@@ -27,8 +27,6 @@ from smid.cli.options import (
 from smid.cli.outputs import Outputs, writes
 from smid.cli.verbose import log_error_bound, log_estimate, verbose_option
 from smid.data import Dataset
-from smid.feasible.feasible_set import check_data
-from smid.fitting.binding import bind
 from smid.identification.error_bound import ErrorBound, error_bound
 from smid.identification.estimate import Estimate
 from smid.identification.identify import EmptyFeasibleSetError
@@ -155,7 +153,7 @@ def identify(
     DATA is the record (a CSV file).
     """
     task = load_task(record, problem, noise_bound, solve, accuracy)
-    records = _load_others(others, record, task)
+    records = load_others(others, record.columns, task.model, task.data)
     with time_limit(seconds), Progress() as progress:
         estimate, least = proven_intervals(context, task, origin_of_bound(noise_bound), outputs, progress)
     _publish(outputs, estimate, least, _validations(estimate, records), task.settings)
@@ -207,15 +205,6 @@ def origin_of_bound(noise_bound: tuple[NoiseBound, ...] | None) -> str:
     return "from --noise-bound" if noise_bound else "the default"
 
 
-def _load_others(paths: Sequence[str], record: Record, task: Task) -> list[Dataset]:
-    """Return the records for validation at the sampling time of the data; refuse one that does not fit the model."""
-    columns = replace(record.columns, sampling_time=task.data.sampling_time)
-    records = [load_data(path, columns, task.model) for path in paths]
-    for other in records:
-        check_data(bind(task.model, other), other)
-    return records
-
-
 def _bound_used(task: Task, least: ErrorBound, origin: str) -> str:
     """Return the sentence on the noise bound that was used, and where it comes from."""
     factor = task.asked[least.channel].value
@@ -228,7 +217,7 @@ def _validations(estimate: Estimate, records: Sequence[Dataset]) -> list[Validat
     runs = []
     for record in () if estimate.unbounded else records:
         try:
-            runs.append(validate(estimate.model, record, estimate.noise_bound))
+            runs.append(validate(estimate, record, estimate.noise_bound))
         except UserError as error:
             click.echo(f"warning: no validation on {record.source}: {error}", err=True)
     return runs

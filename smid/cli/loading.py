@@ -11,11 +11,12 @@ import numpy as np
 
 from relaxations.solvers.interface import check_solver
 from smid.cli.options import Columns, EstimateColumns, NoiseBound, Problem, Reading, Record
-from smid.data import Dataset
+from smid.data import DataError, Dataset
 from smid.data.columns import Table, is_number
 from smid.data.listing import missing_notes
 from smid.data.load import dataset_of_tables, time_column
 from smid.data.read_file import read_file
+from smid.data.units import in_units_of
 from smid.diagnosis.evidence.faults import sample_faults
 from smid.feasible.feasible_set import check_data
 from smid.fitting.binding import bind, bind_whole
@@ -68,6 +69,29 @@ def load_for(estimate: Estimate | ModelFit, path: str, columns: EstimateColumns)
     """Return a record at the sampling time of an estimate; its columns are those of the model, unless named."""
     interval = columns.sampling_time or estimate.data.sampling_time
     return load_data(path, replace(columns, sampling_time=interval), estimate.model)
+
+
+def load_others(paths: Sequence[str], columns: Columns, model: Model, data: Dataset) -> list[Dataset]:
+    """Return further records at the sampling time and in the units of the data; refuse one that does not fit."""
+    columns = replace(columns, sampling_time=data.sampling_time)
+    records = [in_units_of(load_data(path, columns, model), data) for path in paths]
+    for other in records:
+        check_data(bind(model, other), other)
+    return records
+
+
+def load_named(
+    paths: Sequence[str], columns: Columns, model: Model | None = None, channels: Sequence[str] | None = None
+) -> dict[str, Dataset]:
+    """Return records by the stem of their file, in the units of the first."""
+    records: dict[str, Dataset] = {}
+    for path in paths:
+        name = Path(path).stem
+        if name in records:
+            raise DataError(f"two records have the name {name!r}: rename one of the files")
+        data = load_data(path, columns, model, channels)
+        records[name] = in_units_of(data, next(iter(records.values()), data))
+    return records
 
 
 def load_data(

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import click
 import numpy as np
 
 from relaxations.deadline import time_limit
 from smid.cli.console import EMPTY, Command, Progress
-from smid.cli.loading import load_data, load_record
+from smid.cli.loading import load_others, load_record
 from smid.cli.options import FILE, NoiseBound, Record, option, read_noise_bound, seconds_option, takes
 from smid.cli.outputs import Outputs, writes
 from smid.data import Dataset
 from smid.feasible.feasible_set import check_data
-from smid.fitting.binding import bind, bind_whole
+from smid.fitting.binding import bind_whole
 from smid.identification.identify import EmptyFeasibleSetError
 from smid.models import Hammerstein, Model, OutputError, load_model
 from smid.reports.documents import study_document
@@ -114,10 +114,7 @@ def phases(
     data = load_record(record, given)
     model = bind_whole(chosen.of(data) if given is None else given, data)
     check_data(model, data)
-    columns = replace(record.columns, sampling_time=data.sampling_time)
-    records = [load_data(path, columns, model) for path in others]
-    for other in records:
-        check_data(bind(model, other), other)
+    records = load_others(others, record.columns, model, data)
     asked = {"factor": noise_bound.value} if noise_bound.relative else {"noise_bound": noise_bound.value}
     settings = {"noise bound": str(noise_bound), "other records": ", ".join(others) or "none"}
     try:

@@ -34,7 +34,7 @@ def residuals(given: Simulated, outputs: Outputs) -> None:
     time are those of the model, unless you name others.
     """
     found = load_estimate(given.estimate)
-    tested = test_residuals(found.model, load_for(found, given.path, given.columns))
+    tested = test_residuals(found, load_for(found, given.path, given.columns))
     outputs.say(tested)
     outputs.write(residuals_document(tested))
     outputs.write_report(lambda path: report(tested, path))

@@ -42,7 +42,7 @@ class Stream:
 
         DataError if a column is missing, a cell is not a number, or time does not go forwards on the grid.
         """
-        rows = enumerate(csv.reader(line for line in self.lines if not line.startswith("#")), 1)
+        rows = enumerate(csv.reader(line for line in self.lines if not line.startswith("#")), 0)
         _, header = next(rows, (0, []))
         names = [split_unit(cell.strip())[0] for cell in header]
         stamped = self.time or ("time" if "time" in names else None)

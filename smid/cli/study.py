@@ -6,7 +6,6 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TypeVar
 
 import click
@@ -14,7 +13,7 @@ import click
 from relaxations.proof.method import method_names
 from relaxations.search.enclosure import Reason
 from smid.cli.console import INTERRUPTED, Command, Progress
-from smid.cli.loading import load_data, load_problem, noisy_outputs
+from smid.cli.loading import load_named, load_problem, noisy_outputs
 from smid.cli.options import (
     FILE,
     SOLVER,
@@ -29,7 +28,7 @@ from smid.cli.options import (
 )
 from smid.cli.outputs import Outputs, writes
 from smid.cli.studies import publish
-from smid.data import DataError, Dataset
+from smid.data import Dataset
 from smid.identification.error_bound import error_bound
 from smid.identification.estimate import round_up
 from smid.models import Model, load_model
@@ -81,13 +80,7 @@ class Records:
 
     def load(self, model: Model) -> dict[str, Dataset]:
         """Return the records by the stem of their file."""
-        records: dict[str, Dataset] = {}
-        for path in self.paths:
-            name = Path(path).stem
-            if name in records:
-                raise DataError(f"two records have the name {name!r}: rename one of the files")
-            records[name] = load_data(path, self.columns, model)
-        return records
+        return load_named(self.paths, self.columns, model)
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ def validate(estimate: str, records: Records, outputs: Outputs) -> None:
     found = load_estimate(estimate)
     model = found.model
     bounds = found.noise_bound if isinstance(found, Estimate) else None
-    runs = [validate_model(model, load_for(found, path, records.columns), bounds) for path in records.paths]
+    runs = [validate_model(found, load_for(found, path, records.columns), bounds) for path in records.paths]
     for run in runs:
         outputs.say(f"{run.data.source}\n{run}\n")
     document = validate_document(runs)

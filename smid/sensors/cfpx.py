@@ -28,7 +28,7 @@ from smid.sensors.c_ranges import c_ball
 from smid.sensors.curve import cells_of
 from smid.sensors.program import CELLS, Block, Code, Program
 from smid.sensors.ranges import Range
-from smid.sensors.sensor import VirtualSensor, require_training_data, trained
+from smid.sensors.sensor import VirtualSensor, require_training_data, trained, training_rows
 from smid.sensors.tensor import Tensor
 from smid.sensors.trained_on import TrainedOn
 
@@ -90,14 +90,15 @@ class CFPX(VirtualSensor):
     ) -> Self:
         """Return this sensor, fitted by linear least squares; see `VirtualSensor.fit`."""
         require_training_data(data, self.channels, self.output)
-        pressure = data.stacked(self.pressure)
-        if self.n_parameters > pressure.size:
+        rows = training_rows(data)
+        if self.n_parameters > rows.size:
             raise DataError(
-                f"{self.n_parameters} coefficients but {pressure.size} samples: give more samples, or a lower order"
+                f"{self.n_parameters} coefficients but {rows.size} samples: give more samples, or a lower order"
             )
+        pressure, target = data.stacked(self.pressure), data.stacked(self.output)
         pressure_range = float(pressure.min()), float(pressure.max())
-        basis = chebyshev.chebvander(scale_pressure(pressure, pressure_range), self.order)
-        coefficients = np.asarray(np.linalg.lstsq(basis, data.stacked(self.output), rcond=None)[0], dtype=np.float64)
+        basis = chebyshev.chebvander(scale_pressure(pressure[rows], pressure_range), self.order)
+        coefficients = np.asarray(np.linalg.lstsq(basis, target[rows], rcond=None)[0], dtype=np.float64)
         told = TrainedOn.of(data, self.channels, self.output)
         return replace(self, coefficients=coefficients, trained_on=told)
 

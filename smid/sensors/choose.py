@@ -1,8 +1,8 @@
 """A sensor for any record: several structures are trained, one is chosen on other samples, a third part tests it.
 
-1. Each structure is trained on the training part.
-2. The structure of the least RMSE on the selection part is chosen. A sensor with hysteresis gets the further effects,
-   and any sensor a dead zone, that lower that RMSE.
+1. Each structure is trained on the training part, from several starts.
+2. The start and the structure of the least RMSE on the selection part are chosen. A sensor with hysteresis gets the
+   further effects, and any sensor a dead zone, that lower that RMSE.
 3. The selection part gives the bound of the error.
 4. The test part is read once, after the choice.
 """
@@ -37,7 +37,7 @@ from smid.sensors.ptx import PTX
 from smid.sensors.ptx_dynamics import EFFECTS
 from smid.sensors.ptx_selection import choose_effects
 from smid.sensors.px import PX
-from smid.sensors.sensor import VirtualSensor, require_training_data
+from smid.sensors.sensor import VirtualSensor, require_training_data, training_rows
 from smid.sensors.trained_on import TrainedOn
 
 __all__ = ["STRUCTURES", "Candidate", "SensorTraining", "cut_records", "train_sensor"]
@@ -45,7 +45,7 @@ __all__ = ["STRUCTURES", "Candidate", "SensorTraining", "cut_records", "train_se
 STRUCTURES = ("polynomial", "network", "delays", "hysteresis")
 SHARES = (0.6, 0.2)  # of each record: training, selection; the rest is the test
 MOST = 5  # parameters that an effect adds at most
-LEAD = 500  # samples before a part, over which a sensor finds its state
+LEAD = 500  # samples at most, before a part or at the start of a record, over which a sensor finds its state
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +158,8 @@ def train_sensor(
     ----------
     training
         Records with the channels. Without ``selection`` and ``test``, the first 60 % of each record train, the next
-        20 % choose, and the last 20 % test; with one of them, what is needed is cut off the end of each record.
+        20 % choose, and the last 20 % test; with one of them, what is needed is cut off the end of each record. The
+        first tenth of a record that trains or chooses, at most 500 samples, is neither fitted nor scored.
     temperature
         Channel that changes the curve and the lag, beside the inputs.
     selection, test
@@ -169,7 +170,7 @@ def train_sensor(
     seed
         Of splits and starts.
     starts
-        Number of random starts of each network.
+        Number of random starts of each structure; the selection part chooses among them.
     margin
         Share by which the error bound is widened.
 
@@ -201,9 +202,10 @@ def train_sensor(
                 raise DataError(f"{part.source or 'a record'} has no channel {name!r}; {name_hint(name, part.names)}")
         told.read(part)
     offered = [one for structure in structures for one in _offered(structure, inputs, output, temperature)]
-    small = [(name, s) for name, s in offered if s.n_parameters <= 0.7 * training.n_samples]
+    samples = training_rows(training).size
+    small = [(name, s) for name, s in offered if s.n_parameters <= 0.7 * samples]
     notes = [
-        f"not tried: {name}, with {s.n_parameters} parameters for {training.n_samples} training samples"
+        f"not tried: {name}, with {s.n_parameters} parameters for {samples} training samples"
         for name, s in offered
         if (name, s) not in small
     ]
@@ -213,13 +215,18 @@ def train_sensor(
     candidates: list[Candidate] = []
     with _interrupts() as interrupts:
         for number, (name, sensor) in enumerate(small, 1):
-            try:
-                tell = _teller(progress, f"{number} of {len(small)}: {name}")
-                made = sensor.fit(training, seed=seed, starts=starts, progress=tell)
-                candidates.append(_scored(name, made, training, selection))
-            except KeyboardInterrupt:
-                if not candidates:
-                    raise
+            tried: list[Candidate] = []
+            for start in range(starts):
+                tell = _teller(progress, f"{number} of {len(small)}: {name}, start {start + 1}")
+                try:
+                    made = sensor.fit(training, seed=np.random.default_rng((seed, start)), starts=1, progress=tell)
+                    tried.append(_scored(name, made, training, selection))
+                except KeyboardInterrupt:
+                    if not (candidates or tried):
+                        raise
+                if interrupts:
+                    break
+            candidates.extend(sorted(tried, key=lambda c: c.selection)[:1])
             if interrupts:
                 notes.append(f"interrupted at {name}, structure {number} of {len(small)}: the others were not tried")
                 break
@@ -256,10 +263,16 @@ def _parts(training: Dataset, selection: Dataset | None, test: Dataset | None) -
     last = 1.0 if test is not None else first + second
     middle = last if selection is not None else first * last / (first + second)
     return (
-        cut_records(training, 0.0, middle),
-        cut_records(training, middle, last) if selection is None else selection,
+        _run_in(cut_records(training, 0.0, middle)),
+        _run_in(cut_records(training, middle, last) if selection is None else selection),
         cut_records(training, last, 1.0) if test is None else test,
     )
+
+
+def _run_in(data: Dataset) -> Dataset:
+    """Return records whose first tenth is run over, not scored: no plant need be at rest where its record begins."""
+    tenth = min(run.n_samples for run in data.experiments) // 10
+    return data.with_n_init(max(data.n_init, min(LEAD, tenth)))
 
 
 def cut_records(data: Dataset, begin: float, end: float) -> Dataset:
@@ -330,7 +343,7 @@ def _with_effects(
     if not isinstance(best.sensor, PTX):
         return
     for effect in EFFECTS:
-        if interrupts or best.sensor.n_parameters + MOST > 0.7 * training.n_samples:
+        if interrupts or best.sensor.n_parameters + MOST > 0.7 * training_rows(training).size:
             return
         tell = _teller(progress, f"{best.name}, with {effect}")
         try:
@@ -372,6 +385,6 @@ def _teller(progress: Progress | None, name: str) -> Any:
         return None
 
     def tell(now: Descent) -> None:
-        progress(f"{name}: start {now.start + 1}, step {now.iteration}")
+        progress(f"{name}: step {now.iteration}")
 
     return tell

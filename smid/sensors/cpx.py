@@ -20,7 +20,7 @@ from smid.networks import ProgressCallback, TanhNetwork, delayed, train, weight_
 from smid.sensors.curve import NetworkBlock
 from smid.sensors.delay import Delay
 from smid.sensors.program import Program
-from smid.sensors.sensor import VirtualSensor, require_training_data, trained
+from smid.sensors.sensor import VirtualSensor, require_training_data, trained, training_rows
 from smid.sensors.trained_on import TrainedOn
 
 __all__ = ["CPX"]
@@ -87,9 +87,10 @@ class CPX(VirtualSensor):
         """Return this sensor, trained by Levenberg-Marquardt; see `VirtualSensor.fit`."""
         require_training_data(data, self.channels, self.output)
         lines = [self.delays] * len(self.inputs)
+        rows = training_rows(data)
         training = train(
-            np.concatenate([delayed([run.values[n] for n in self.inputs], lines) for run in data.experiments]),
-            data.stacked(self.output),
+            np.concatenate([delayed([run.values[n] for n in self.inputs], lines) for run in data.experiments])[rows],
+            data.stacked(self.output)[rows],
             hidden=self.hidden,
             seed=seed,
             starts=starts,

@@ -21,7 +21,7 @@ from smid.data import Dataset
 from smid.networks import ProgressCallback
 from smid.sensors.program import Block, Code, Program
 from smid.sensors.ranges import Range
-from smid.sensors.sensor import VirtualSensor, require_training_data
+from smid.sensors.sensor import VirtualSensor, require_training_data, training_rows
 from smid.sensors.tensor import Tensor
 from smid.sensors.trained_on import TrainedOn
 
@@ -101,7 +101,8 @@ class DeadZone(VirtualSensor):
 def enforced(zone: Zone, data: Dataset) -> Zone:
     """Return a dead zone, whose sensor is trained, with the best threshold on records."""
     # For every threshold: the fall of the squared error if the samples up to it get their mean.
-    order = np.argsort(data.stacked(zone.pressure), kind="stable")
+    rows = training_rows(data)
+    order = rows[np.argsort(data.stacked(zone.pressure)[rows], kind="stable")]
     pressure, position = data.stacked(zone.pressure)[order], data.stacked(zone.output)[order]
     spoken = np.concatenate(zone.sensor.predict(data).position)[order]
     mean = np.cumsum(position) / np.arange(1, position.size + 1)

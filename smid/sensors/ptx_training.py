@@ -1,6 +1,6 @@
 """Training of PTX: all parameters at once, from random starts or from those of a sensor (`smid.sensors.ptx_error`).
 
-70 % of the samples are fitted, 15 % stop the training; the simulation runs over all samples.
+70 % of the samples behind the warm-up are fitted, 15 % stop the training; the simulation runs over all samples.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from smid.networks import (
 )
 from smid.sensors.ptx_dynamics import Dynamics
 from smid.sensors.ptx_error import SCHEDULED, STARTS, PTXError, Record
+from smid.sensors.sensor import training_rows
 
 __all__ = ["extend_ptx", "train_ptx"]
 
@@ -49,12 +50,13 @@ def _problem(
     scaled = scaling_of(position[:, None], [output])
     inputs = Scaling(ranges.centre[:1], ranges.half_range[:1])
     reference, warmth = (float(ranges.centre[1]), float(ranges.half_range[1])) if len(channels) > 1 else (0.0, 1.0)
-    split = random_split(position.size, generator)
+    trained_on = training_rows(data)
+    split = random_split(trained_on.size, generator)
     learning, checking = (
         PTXError(
             (1, *hidden),
             plays,
-            _records(data, channels, output, scaled, rows),
+            _records(data, channels, output, scaled, trained_on[rows]),
             inputs,
             reference,
             warmth,

@@ -16,7 +16,7 @@ from smid.data import Dataset
 from smid.networks import ProgressCallback, TanhNetwork, train, weight_count
 from smid.sensors.curve import NetworkBlock
 from smid.sensors.program import Program
-from smid.sensors.sensor import VirtualSensor, require_training_data, trained
+from smid.sensors.sensor import VirtualSensor, require_training_data, trained, training_rows
 from smid.sensors.trained_on import TrainedOn
 
 __all__ = ["PX"]
@@ -67,9 +67,10 @@ class PX(VirtualSensor):
     ) -> Self:
         """Return this sensor, trained by Levenberg-Marquardt; see `VirtualSensor.fit`."""
         require_training_data(data, self.channels, self.output)
+        rows = training_rows(data)
         training = train(
-            data.stacked(self.pressure)[:, None],
-            data.stacked(self.output),
+            data.stacked(self.pressure)[rows, None],
+            data.stacked(self.output)[rows],
             hidden=self.hidden,
             seed=seed,
             starts=starts,

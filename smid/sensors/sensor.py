@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from typing import Any, Self, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
@@ -26,7 +27,7 @@ from smid.sensors.program import Program, Samples
 from smid.sensors.stream import Stream
 from smid.sensors.trained_on import TrainedOn
 
-__all__ = ["VirtualSensor", "require_channels", "require_training_data", "trained"]
+__all__ = ["VirtualSensor", "require_channels", "require_training_data", "trained", "training_rows"]
 
 T = TypeVar("T")
 
@@ -68,7 +69,7 @@ class VirtualSensor(ABC):
         Parameters
         ----------
         data
-            Records with the sensor's channels and its output.
+            Records with the sensor's channels and its output. Their warm-up (`Dataset.n_init`) is run over, not fitted.
         seed
             Of the split and of the starts.
         starts
@@ -175,3 +176,9 @@ def require_training_data(data: Dataset, channels: tuple[str, ...], output: str)
             raise DataError(
                 f"{data.channel(channel)} is {samples[0]:g} in every sample: train on records in which it varies"
             )
+
+
+def training_rows(data: Dataset) -> NDArray[np.intp]:
+    """Return the numbers of the samples behind the warm-up, counted through all records."""
+    scored = [np.arange(run.n_samples) >= data.n_init for run in data.experiments]
+    return np.flatnonzero(np.concatenate(scored))

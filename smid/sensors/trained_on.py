@@ -6,7 +6,7 @@ Units travel with the sensor. Records in another unit of the same kind are conve
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Self, TypeVar
 
 import numpy as np
@@ -14,8 +14,8 @@ from scipy import sparse
 
 from relaxations.algebra.arrays import Array
 from relaxations.points.linear_program import minimum
-from smid.data import Channel, DataError, Dataset
-from smid.models.units import conversion
+from smid.data import DataError, Dataset
+from smid.data.units import factor_to, in_units
 from smid.sensors.ranges import Range
 
 __all__ = ["Signal", "TrainedOn", "on_line"]
@@ -26,6 +26,7 @@ LOST = 20  # lost samples in a row that are bounded by what the training records
 FASTER = 1.1  # a lost sample may have changed by this factor more than any in the training records
 BINS = 200
 SLACK = 0.05  # of the range: how far beyond it a sample is no extrapolation
+_TRAINED = "the sensor was trained on records"
 
 
 @dataclass(frozen=True)
@@ -107,15 +108,7 @@ class Signal:
         DataError
             If the units measure different things, or are not known.
         """
-        if not unit or not self.unit:
-            return 1.0
-        found = conversion(unit, self.unit)
-        if found is None:
-            raise DataError(
-                f"{self.name} is in {unit}, but the sensor was trained on records in {self.unit}: convert the column, "
-                "or correct its unit"
-            )
-        return found
+        return factor_to(self.unit, unit, self.name, _TRAINED)
 
     def unchecked(self, unit: str) -> str | None:
         """Return a warning where a unit is not stated."""
@@ -165,30 +158,14 @@ class TrainedOn:
                 f"{self.sampling_time:g} s: resample the records"
             )
         present = [signal for signal in (*self.inputs, self.output) if signal.name in data.names]
-        factors = {signal.name: signal.factor(data.channel(signal.name).unit) for signal in present}
         warnings = [signal.unchecked(data.channel(signal.name).unit) for signal in present]
-        units = {signal.name: signal.unit or data.channel(signal.name).unit for signal in present}
-        return converted(data, factors, units), tuple(said for said in warnings if said)
+        read = in_units(data, {signal.name: signal.unit for signal in present}, _TRAINED)
+        return read, tuple(said for said in warnings if said)
 
     def cautions(self, samples: Mapping[str, Array]) -> tuple[str, ...]:
         """Return warnings about inputs, in the units of the training, outside the range of the training."""
         said = (signal.caution(samples[signal.name]) for signal in self.inputs)
         return tuple(words for words in said if words)
-
-
-def converted(data: Dataset, factors: Mapping[str, float], units: Mapping[str, str]) -> Dataset:
-    """Return records with channels multiplied by factors, and their new units."""
-    if all(factor == 1.0 for factor in factors.values()):
-        return data
-    return replace(
-        data,
-        experiments=tuple(
-            replace(run, values={name: factors.get(name, 1.0) * x for name, x in run.values.items()})
-            for run in data.experiments
-        ),
-        channels=tuple(Channel(c.name, units.get(c.name, c.unit)) for c in data.channels),
-        resampling=(),
-    )
 
 
 def on_line(before: T, after: T, age: int, left: int) -> T:

@@ -116,7 +116,7 @@ def phases(
     model
         With noise on one output alone, and the channel names of the data.
     others
-        Records for the validation, at the sampling time of the data.
+        Records for the validation, at the sampling time of the data; other units are converted.
     noise_bound
         In the output's unit; by default `factor` times the least one.
     factor
@@ -162,7 +162,7 @@ def phases(
     runs, unstable = list[Validation](), list[str]()
     for other in others:
         try:
-            runs.append(validate(estimate.model, other, estimate.noise_bound))
+            runs.append(validate(estimate, other, estimate.noise_bound))
         except UserError as error:
             unstable.append(f"No validation on {other.source}: {error}.")
     return Phases(bound, estimate, widths, tuple(runs), tuple(unstable))

@@ -161,7 +161,12 @@ def compare(models: Mapping[str, Candidate] | Sequence[Candidate], data: Given) 
     named = _named(models)
     name, given = next(iter(named.items()))
     _, data = _told(name, bound_model, given, data)  # the first model names the channels of arrays
-    bound = {name: _told(name, bound_model, given, data)[0] for name, given in named.items()}
+    bound = {}
+    for name, given in named.items():
+        bound[name], own = _told(name, bound_model, given, data)
+        for here, there in zip(data.channels, own.channels, strict=True):
+            if here.unit and here.unit != there.unit:
+                raise ModelError(f"model {name!r} was estimated with {there}, not {here}: compare models in one unit")
     # Score all models on the same samples.
     start = max(data.n_init, *(model.max_lag for model in bound.values()))
     for run in data.experiments:

@@ -7,6 +7,7 @@ from math import isclose
 
 from smid.data import Dataset
 from smid.data.given import Given, as_dataset
+from smid.data.units import in_units_of
 from smid.fitting.binding import bind
 from smid.identification.estimate import Estimate
 from smid.models import Model, ModelError
@@ -27,7 +28,8 @@ def bound_model(given: Candidate, data: Given) -> tuple[Model, Dataset]:
     TypeError
         If anything else is given.
     ModelError, DataError
-        If an estimate or a fit has another sampling time than the data, or as `smid.bind`.
+        If an estimate or a fit has another sampling time than the data, or units that measure something else, or as
+        `smid.bind`.
     """
     if not isinstance(given, Model | Estimate | ModelFit):
         raise TypeError(f"a {type(given).__name__} cannot be simulated: give a model with values, an estimate or a fit")
@@ -41,6 +43,7 @@ def bound_model(given: Candidate, data: Given) -> tuple[Model, Dataset]:
             f"the {kind} has a sampling time of {given.data.sampling_time:g} s, and the record one of "
             f"{record.sampling_time:g} s: resample the record"
         )
+    record = in_units_of(record, given.data)
     return bind(given.model, record), record
 
 
@@ -53,7 +56,8 @@ def validate(model: Candidate, data: Given, noise_bound: float | Mapping[str, fl
     Parameters
     ----------
     model
-        With parameter values. An estimate stands for its central model, and a fit for its model.
+        With parameter values. An estimate stands for its central model, and a fit for its model: the record is
+        converted to the units of theirs.
     data
         As for :func:`smid.identify`.
     noise_bound

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
-from smid.cli.loading import load_data
+from smid.cli.loading import load_named
 from smid.cli.options import Columns, Reading, group, option
 from smid.data import DataError, Dataset
 from smid.reports import load
@@ -43,10 +42,5 @@ def load_sensor(path: str) -> BoundedSensor:
 
 def load_records(paths: Sequence[str], columns: Columns, channels: Sequence[str]) -> Dataset:
     """Return records of the same channels as one data set, each under the name of its file, without gaps."""
-    records: dict[str, Dataset] = {}
-    for path in paths:
-        name = Path(path).stem
-        if name in records:
-            raise DataError(f"two records have the name {name!r}: rename one of the files")
-        records[name] = load_data(path, columns, channels=channels).without_gaps()
-    return together(records)
+    records = load_named(paths, columns, channels=channels)
+    return together({name: data.without_gaps() for name, data in records.items()})

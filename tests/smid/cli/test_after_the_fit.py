@@ -46,6 +46,55 @@ def test_files_of_one_name_are_named_by_their_paths(smid):
     assert [line.split()[0] for line in result.stdout.splitlines()[:3]] == ["model", "plant.json", "old/plant.json"]
 
 
+def in_other_unit(path, unit, factor):
+    """Write long.csv with its output in another unit."""
+    note, head, *rows = Path("long.csv").read_text().splitlines()
+    cells = (row.rsplit(",", 1) for row in rows)
+    lines = [note, head.replace("bar", unit), *(f"{a},{factor * float(b):.12g}" for a, b in cells)]
+    Path(path).write_text("\n".join(lines))
+
+
+@pytest.mark.usefixtures("estimates")
+@pytest.mark.parametrize(
+    "line", ["validate plant.json {}", "residuals plant.json {}", "compare static.json plant.json {}"]
+)
+def test_a_record_in_another_unit_is_converted(smid, line):
+    in_other_unit("kpa.csv", "kPa", 100.0)
+    told, converted = (smid(line.format(name)) for name in ("long.csv", "kpa.csv"))
+    assert told.exit_code == converted.exit_code == 0, converted.output
+    assert told.output.replace("long", "kpa").split() == converted.output.split()
+
+
+@pytest.mark.usefixtures("estimates")
+@pytest.mark.parametrize(
+    "line",
+    [
+        "validate plant.json {}",
+        "residuals plant.json {}",
+        "compare plant.json {}",
+        "phases run.csv --input u --output y --validate {}",
+        "identify run.csv --input u --output y --model model.toml --noise-bound 0.1 --validate {}",
+        "sensor train run.csv {} --input u --output y --save s.json",
+    ],
+)
+def test_a_record_in_a_unit_of_another_kind_is_refused(smid, line):
+    in_other_unit("mm.csv", "mm", 1.0)
+    result = smid(line.format("mm.csv"))
+    assert result.exit_code == 2
+    assert "y is in mm, but" in result.stderr
+    assert "in bar: convert the column, or correct its unit" in result.stderr
+
+
+@pytest.mark.usefixtures("estimates")
+def test_models_in_two_units_are_not_compared(smid):
+    in_other_unit("kpa.csv", "kPa", 100.0)
+    line = "identify kpa.csv --input u --output y --model model.toml --noise-bound 10 --json kpa.json"
+    assert smid(line).exit_code == 0
+    result = smid("compare plant.json kpa.json other.csv")
+    assert result.exit_code == 2
+    assert "model 'kpa' was estimated with y [kPa], not y [bar]: compare models in one unit" in result.stderr
+
+
 MISTAKES = {
     "compare plant.json": "Missing argument 'MODEL...'",
     "compare run.csv other.csv": "run.csv is not valid JSON",

@@ -76,9 +76,9 @@ def test_a_stream_with_missing_samples_and_empty_cells():
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        (lambda rows: [*rows[:30], rows[10]], "row 32 of the stream goes back in time, from 2.9 s to 1 s: sort"),
-        (lambda rows: [*rows[:30], "2.95,1,1"], "row 32 of the stream is 0.05 s after the last one"),
-        (lambda rows: [*rows[:30], "3.0,1,bad"], "row 32 of the stream: y is 'bad', not a number"),
+        (lambda rows: [*rows[:30], rows[10]], "row 31 of the stream goes back in time, from 2.9 s to 1 s: sort"),
+        (lambda rows: [*rows[:30], "2.95,1,1"], "row 31 of the stream is 0.05 s after the last one"),
+        (lambda rows: [*rows[:30], "3.0,1,bad"], "row 31 of the stream: y is 'bad', not a number"),
         (lambda rows: rows[:0], "there is no sample to follow"),
     ],
 )
