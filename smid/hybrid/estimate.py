@@ -33,6 +33,7 @@ from smid.hybrid.analysis import required
 from smid.hybrid.back_couplings import warn_of_few_couplings
 from smid.hybrid.hybrid_estimate import HybridEstimate
 from smid.hybrid.hybrid_model import HybridModel, bound_to
+from smid.hybrid.integration import integration_error
 from smid.hybrid.problem import HybridError, hybrid_error, output_slopes
 from smid.hybrid.regularisation import FIRST, regularised, weight_groups, with_penalty
 from smid.hybrid.scaled_start import ahead_of, first_principles, has_sensor_curve, hidden_weights, scaled
@@ -186,9 +187,8 @@ def estimate(
     found = free_run.result(vector, cost)
     hybrid = replace(hybrid, model=found.model)
     inputs = network_inputs(hybrid, lambda model: Fitting(model, data, masks), found.model.values, found.initial)
-    result = HybridEstimate(
-        hybrid, found, search, last.stop, trained_ranges(hybrid, inputs, masks), data, tuple(masks), scale
-    )
+    ranges, integration = trained_ranges(hybrid, inputs, masks), integration_error(found, data, masks)
+    result = HybridEstimate(hybrid, found, search, last.stop, ranges, integration, data, tuple(masks), scale)
     if result.stop is Stop.STALLED:
         warnings.warn(result.notes[0], StalledFitWarning, stacklevel=2)
     return result

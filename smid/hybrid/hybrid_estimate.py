@@ -20,6 +20,7 @@ from smid.networks import MultiStart, Stop
 __all__ = ["HybridEstimate"]
 
 _END = 1e-6  # of the width of a box
+_MOVED = 0.5  # of the RMSE: more change with half the step is told
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,6 +39,8 @@ class HybridEstimate(Result):
         Why the last descent ended.
     trained
         Range of each network input on the fitted samples.
+    integration
+        RMS change of the free run with half the step of the integration, by output channel, in its unit.
     used
         Shape (n,). Per experiment, the fitted samples.
     scale
@@ -49,6 +52,7 @@ class HybridEstimate(Result):
     search: MultiStart
     stop: Stop
     trained: tuple[TrainedRange, ...]
+    integration: Mapping[str, float]
     data: Dataset
     used: tuple[NDArray[np.bool_], ...]
     scale: Mapping[str, float] | None = None
@@ -75,6 +79,14 @@ class HybridEstimate(Result):
             told.append("The descent stalled before a minimum: try more starts, or other start values.")
         if self.stop is Stop.ITERATIONS:
             told.append("The limit of iterations ended the fit before its minimum: give more iterations.")
+        rmse = self.rmse
+        for channel, change in self.integration.items():
+            if change > _MOVED * rmse[channel]:
+                told.append(
+                    f"With half the step of the integration the free run of {channel} moves by {change:.4g}, and its "
+                    f"RMSE is {rmse[channel]:.4g}: the network has learned the error of the steps too. Give the model "
+                    "more substeps."
+                )
         weights = self._weights
         ends = [p for p in self.model.parameters if _at_an_end(p, self.model.values.get(p.name, np.nan))]
         for p in ends:
@@ -117,6 +129,7 @@ class HybridEstimate(Result):
             "cost": plain(self.fit.cost),
             "simulated": plain(self.fit.simulated),
             "trained": plain(self.trained),
+            "integration": plain(self.integration),
             "search": str(self.search),
             "notes": list(self.notes),
         }

@@ -203,7 +203,7 @@ def networks():
     trained = (TrainedRange("N", "u[t]", 0.0, 1.0),)
     data = smid.Dataset.from_arrays(input={"u": np.ones(3)}, output={"y": np.ones(3)}, sampling_time=1.0)
     search, used = MultiStart(training.search.descents), (np.ones(3, bool),)
-    found = HybridEstimate(estimated, fit, search, Stop.CONVERGED, trained, data, used)
+    found = HybridEstimate(estimated, fit, search, Stop.CONVERGED, trained, {"y": 0.1}, data, used)
     yield from (found, Ensemble(found, (found, found), 0))
     yield Extrapolation(trained, (np.array([False, True, False]),), ((0.0, 2.0),))
     curve = LearnedCurve("N", "u[t]", np.linspace(0.0, 1.0, 3), np.ones(3), np.full(3, 0.1))

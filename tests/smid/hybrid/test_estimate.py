@@ -1,6 +1,7 @@
-"""Estimates keep the boxes, scale by themselves, tell what stalls, and take networks in several places."""
+"""Estimates keep the boxes, scale by themselves, tell what limits them, and take networks in several places."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -79,6 +80,28 @@ def test_a_descent_that_stalls_is_told():
     with pytest.warns(StalledFitWarning, match="stalled"):
         found = estimate(hybrid, data, method=stubborn, starts=1, seed=1)
     assert "stalled" in str(found)
+
+
+def test_a_law_that_undoes_the_error_of_long_steps_is_told():
+    u = steps()
+    data = record(lag(0.9, u, outflow=lambda w: w + w**2), u)
+    plant = first_order(tau=(0.9, 0.9))
+    coarse, fine = (
+        estimate(
+            embedded(replace(plant, scheme="euler", substeps=n), {"w": -1}, [signal("w")[t]], (2,)),
+            data,
+            starts=2,
+            seed=1,
+        )
+        for n in (1, 30)
+    )
+    (note,) = coarse.notes
+    assert note.startswith("With half the step of the integration the free run of y moves by 0.0")
+    assert coarse.rmse["y"] > 10 * fine.rmse["y"]
+    assert fine.notes == ()
+    finer = replace(fine.model, substeps=60).simulate(data).outputs[0]["y"]
+    moved = np.sqrt(np.mean((finer - fine.model.simulate(data).outputs[0]["y"]) ** 2))
+    assert fine.integration["y"] == pytest.approx(moved, rel=0.2)  # the start of the run is another
 
 
 def test_two_networks_learn_two_laws():
