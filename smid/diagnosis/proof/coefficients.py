@@ -63,7 +63,7 @@ def with_free_coefficients(record: Record, bounds: Mapping[str, float]) -> Recor
         model = replace(found.model, bounds={})
         plain = without_hidden_states(model)
         if set(plain.states) <= {m.signal for m in plain.measurements}:
-            shorter = _freed(Record(plain, found.data, bounds), bounds)
+            shorter = _freed(Record(plain, found.data, bounds, whole=found.whole), bounds)
             since = first_instants(model)
             if shorter is not None and all(first >= since.get(name, 0) for name, first in _first(shorter).items()):
                 found = shorter
@@ -94,6 +94,7 @@ def _without_curves(record: Record, bounds: Mapping[str, float]) -> Record:
         ),
         data,
         bounds,
+        whole=record.whole,
     )
 
 
@@ -114,7 +115,8 @@ def _freed(record: Record, bounds: Mapping[str, float]) -> Record | None:
     ]
     occurring = {name for line in lines for name in plain_symbols(line.expression)}
     parameters = tuple(p for p in (*model.parameters, *free) if p.name in occurring)
-    return Record(replace(model, parameters=parameters, lines=lines, constraints=(), values={}), record.data, bounds)
+    freed = replace(model, parameters=parameters, lines=lines, constraints=(), values={})
+    return Record(freed, record.data, bounds, whole=record.whole)
 
 
 class _Coefficients:

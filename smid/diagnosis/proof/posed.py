@@ -59,11 +59,12 @@ def posed(model: Model, part: Dataset, bounds: Mapping[str, float]) -> Posed:
         fit, vectors = problem.result(found[0][0], 0.0), [vector for vector, _ in found]
         signals, _ = problem.run.run(problem.inputs[0], fit.model.values, fit.initial[0], jacobian=False)
         errors = [problem.result(solved, 0.0).residual(part, m.channel)[0] / bounds[m.channel] for m in problem.outputs]
-    record = Record(model, part, bounds)
+    # Boxes that are proven empty are small, and of small ones a run through all samples says more than pieces.
+    record = Record(model, part, bounds, whole=True)
     if record.loose:
         sizes = {name: float(np.nanmax(np.abs(samples))) for name, samples in signals.items()} | dict(fit.model.values)
         boxes = {name: (-_reach(sizes[name]), _reach(sizes[name])) for name in record.loose}
-        record = Record(model.bound(**boxes), part, bounds)
+        record = Record(model.bound(**boxes), part, bounds, whole=True)
     record = record.turned(signals)
     return Posed(
         record,

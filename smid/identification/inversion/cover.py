@@ -14,6 +14,7 @@ from __future__ import annotations
 import heapq
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import count
 
 import numpy as np
@@ -36,6 +37,9 @@ _POINT = 1e-9  # share of its size that counts as width, where the verified poin
 _WIDE = 0.25  # a hidden state is shaved above this share of what is known of it beforehand
 _SLICES = 8
 _GAIN = 0.5  # an end that smaller boxes would move by less, as a share of the tolerance, is sharp
+_ASPECT = 16.0  # no unknown that bends the runs is wider than another one, as a share of the first box, by more
+_GOLDEN = 0.6180339887
+_LINEAR = 0.1  # of what is known at a point: less is lost where an unknown is linear
 _NARROW = 1e-13  # an unknown is not halved below this share of its size
 
 
@@ -45,6 +49,8 @@ class Box:
 
     Parameters
     ----------
+    share
+        Of the first box, by the number of halvings.
     contractions
         One after the other; the last may prove that the box is empty.
     cut
@@ -53,6 +59,7 @@ class Box:
 
     lower: Array
     upper: Array
+    share: float = 1.0
     contractions: list[Contraction] = field(default_factory=list)
     cut: tuple[int, float] | None = None
     parts: tuple[Box, ...] = ()
@@ -76,6 +83,9 @@ class Cover:
     ----------
     tolerance
         A box may reach so far beyond the verified points, as a share of the width between these.
+    deepest_first
+        Whether the smallest box is next, in place of the one that reaches furthest, while no point is verified: as
+        fast where the set is empty, and `proven` then grows from the start. No unknown is left wide then.
 
     Attributes
     ----------
@@ -87,8 +97,8 @@ class Cover:
         Number of contractions.
     """
 
-    def __init__(self, record: Record, tolerance: float) -> None:
-        self.record, self.tolerance = record, tolerance
+    def __init__(self, record: Record, tolerance: float, *, deepest_first: bool = False) -> None:
+        self.record, self.tolerance, self._deepest_first = record, tolerance, deepest_first
         self.root = Box(*record.box)
         self.points: list[Array] = []
         self.contracted = 0
@@ -104,6 +114,11 @@ class Cover:
     def done(self) -> bool:
         """Whether no box is left to be cut."""
         return not self._open
+
+    @property
+    def proven(self) -> float:
+        """The share of the first box that is proven empty when the next box is, by the number of halvings."""
+        return 1.0 - sum(box.share for box in self._closed) - sum(box.share for _, _, box in self._open[1:])
 
     @property
     def boxes(self) -> list[Box]:
@@ -138,16 +153,18 @@ class Cover:
         cut = None if box.empty else self._where(box)
         heapq.heappop(self._open)
         if cut is not None:
-            box.cut, box.parts = cut, _halves(box, *cut)
+            box.cut, box.parts = cut, _parts(box, *cut, (0.5 * box.share,) * 2)
         elif not box.empty:
             self._closed.append(box)
-        for part in box.parts:
+        # Each half comes first in turn: a share that is proven says the more of the rest.
+        for part in box.parts[:: -1 if self.contracted % 2 else 1]:
             self._put(part)
 
     def _put(self, box: Box) -> None:
         reach = float(self._beyond(box).max(initial=-np.inf))
         if reach > self.tolerance:
-            heapq.heappush(self._open, (-reach, next(self._number), box))
+            rank = box.share if self._deepest_first and not self.points else -reach
+            heapq.heappush(self._open, (rank, next(self._number), box))
         else:
             self._closed.append(box)
 
@@ -192,7 +209,7 @@ class Cover:
         anything. Those of a slice need not be.
         """
         whole = self.root.upper - self.root.lower
-        for place, k in self.record.hidden:
+        for place, k in () if self.record.whole else self.record.hidden:
             for side in (0, 1):
                 while box.left[1][k] - box.left[0][k] > _WIDE * whole[k]:
                     check_time()
@@ -206,7 +223,7 @@ class Cover:
         """Return a box without a slice at an end of a hidden state; None where the piece does not prove it empty."""
         low, high = (float(end[k]) for end in box.left)
         value = high - (high - low) / _SLICES if side else low + (high - low) / _SLICES
-        parts = _halves(box, k, value)
+        parts = _parts(box, k, value, (0.0, box.share) if side == 0 else (box.share, 0.0))
         slice_, rest = parts[side], parts[1 - side]
         found = contracted(self.record.rows(*slice_.left, only=place), *slice_.left, [Group((k,), None)])
         if not found.empty:
@@ -265,7 +282,31 @@ class Cover:
             said = self.record.knowledge(low, high)
             if said > most:
                 best, most = k, said
-        return best
+        # The deepest box first, one unknown after another would be halved for ever where each tells a little more.
+        if best is None or not (self._deepest_first and self._bent):
+            return best
+
+        def share(k: int) -> float:
+            return float((upper[k] - lower[k]) / (self.root.upper[k] - self.root.lower[k]))
+
+        behind = max(self._bent, key=share)
+        return behind if share(behind) > _ASPECT * share(best) else best
+
+    @cached_property
+    def _bent(self) -> list[int]:
+        """The unknowns that the runs are no linear functions of, where all others are known."""
+        lower, upper = self.root.left
+        # No middle: at zero a product of two unknowns is linear in both.
+        place = np.modf(_GOLDEN * np.arange(1, len(lower) + 1))[0]
+        point = np.where(np.isfinite(upper - lower), lower + place * (upper - lower), lower)
+        exact = self.record.knowledge(point, point)
+        found = []
+        for k in self._free:
+            low, high = point.copy(), point.copy()
+            low[k], high[k] = lower[k], upper[k]
+            if self.record.knowledge(low, high) < exact - _LINEAR:
+                found.append(k)
+        return found
 
 
 def _middle(low: float, high: float) -> float:
@@ -277,13 +318,13 @@ def _middle(low: float, high: float) -> float:
     return 0.0 if abs(middle) <= 0.25 * (high - low) else middle
 
 
-def _halves(box: Box, k: int, value: float) -> tuple[Box, Box]:
+def _parts(box: Box, k: int, value: float, shares: tuple[float, float]) -> tuple[Box, Box]:
     """Return the two parts of what is left of a box."""
     (lower, upper), parts = box.left, []
     for side in (0, 1):
         ends = lower.copy(), upper.copy()
         ends[1 - side][k] = value
-        parts.append(Box(*ends))
+        parts.append(Box(*ends, shares[side]))
     return parts[0], parts[1]
 
 

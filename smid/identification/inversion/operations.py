@@ -21,6 +21,7 @@ from relaxations.algebra.affine_arithmetic import (
     nothing_known,
 )
 from relaxations.algebra.arrays import Array, Index
+from smid.identification.inversion.phi import phi_of
 
 
 class Operation(IntEnum):
@@ -40,13 +41,14 @@ class Operation(IntEnum):
     DEFINE = 11  # form; one for each signal, so that its initial samples can take its place
     STAGE = 12  # place of the state: its value during a step of integration
     SOLUTION = 13  # place of the state: its value where the integration ends
+    PHI = 14  # form: (exp(z) - 1) / z
 
 
 _UNDEFINED_BELOW_ZERO = (int(Function.ROOT), int(Function.LOG), int(Function.POWER))
 _RECIPROCAL = int(Function.RECIPROCAL)
 _NUMBER, _PARAMETER, _CHANNEL, _PAST = map(int, tuple(Operation)[:4])
 _ADD, _SUBTRACT, _MULTIPLY, _SCALE, _APPLY, _CHOOSE = map(int, tuple(Operation)[4:10])
-_LARGER, _DEFINE, _STAGE, _SOLUTION = map(int, tuple(Operation)[10:])
+_LARGER, _DEFINE, _STAGE, _SOLUTION, _PHI = map(int, tuple(Operation)[10:])
 
 
 @compiled
@@ -65,7 +67,7 @@ def may_be_undefined(entry: Index, forms: Array) -> bool:
         return _unknown(forms, a) or (b in _UNDEFINED_BELOW_ZERO and forms[a, LOW] < 0.0)
     if operation == _MULTIPLY:
         return _unknown(forms, a) or _unknown(forms, b)
-    return operation == _CHOOSE and _unknown(forms, a)
+    return operation in (_CHOOSE, _PHI) and _unknown(forms, a)
 
 
 @compiled
@@ -116,6 +118,8 @@ def operate(
         copy(forms, to, stage, a)
     elif operation == _APPLY:
         apply(forms, to, a, b, number[0])
+    elif operation == _PHI:
+        phi_of(forms, to, a, 1)
     elif forms[a, LOW] > 0.0 or (forms[a, LOW] == 0.0 and number[0] == 0.0):
         copy(forms, to, forms, b)
     elif forms[a, HIGH] < 0.0 or (forms[a, HIGH] == 0.0 and number[0] == 1.0):

@@ -147,6 +147,9 @@ class Record:
     ----------
     bounds
         Of each noisy channel, in its unit.
+    whole
+        Whether hidden states are run through, from the first sample to the last, and the record is in no pieces. Then
+        sums of powers are known, too: see :func:`.tape.tape_of`.
 
     Attributes
     ----------
@@ -166,11 +169,11 @@ class Record:
         For a function without an enclosure.
     """
 
-    def __init__(self, model: Model, data: Dataset, bounds: Mapping[str, float]) -> None:
+    def __init__(self, model: Model, data: Dataset, bounds: Mapping[str, float], *, whole: bool = False) -> None:
         model = at_sampling_time(model, data.sampling_time)
-        self.model, self.data = as_inverted(model), data
+        self.model, self.data, self.whole = as_inverted(model), data, whole
         model, runs, bounds = with_bounds_measured(self.model, data, bounds)
-        self.tape = tape = tape_of(model)
+        self.tape = tape = tape_of(model, sums=whole)
         # One state alone turns around no other, and needs no older symbols.
         self._kept = KEPT if tape.first[tape.states & ~tape.clocks].sum() > 1 else min(KEPT, 1)
         noise = {m.channel: bounds[m.channel] for m in model.measurements if m.noise is not None}
@@ -197,7 +200,8 @@ class Record:
         # A state that is measured says itself where a run is; a clock tells the time from the first sample on.
         measured = {m.signal for m in self.model.measurements if m.inverse is None}
         hidden = [k for k in np.flatnonzero(tape.states & ~tape.clocks) if tape.signals[k] not in measured]
-        length = max(LENGTH, int(tape.first.max(initial=0))) if hidden and not tape.clocks.any() else 0
+        pieces = bool(hidden) and not (whole or tape.clocks.any())
+        length = max(LENGTH, int(tape.first.max(initial=0))) if pieces else 0
         self.cut = Pieces.of(tape, values, boxes, start, length)
         self.hidden = [
             (place, int(piece.unknowns[k]))

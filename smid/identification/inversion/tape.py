@@ -52,6 +52,7 @@ _READS = {
     Operation.SCALE: 1,
     Operation.DEFINE: 1,
     Operation.APPLY: 1,
+    Operation.PHI: 1,
     Operation.ADD: 2,
     Operation.SUBTRACT: 2,
     Operation.MULTIPLY: 2,
@@ -130,7 +131,8 @@ class Tape:
 class Writer:
     """Operations being written; what is known of an expression is written once."""
 
-    def __init__(self, parameters: tuple[str, ...], signals: tuple[str, ...]) -> None:
+    def __init__(self, parameters: tuple[str, ...], signals: tuple[str, ...], sums: bool = False) -> None:
+        self.sums = sums
         self.parameters = {sympy.Symbol(name, real=True): k for k, name in enumerate(parameters)}
         self.signals = {name: k for k, name in enumerate(signals)}
         self.channels: dict[str, int] = {}
@@ -224,11 +226,28 @@ class Writer:
         return self.of(Operation.SCALE, a, number=factor)
 
     def _product(self, node: sympy.Mul) -> int:
+        if self.sums and (found := _geometric(node)) is not None:
+            return self._geometric_sum(*found)
         factor, rest = node.as_coeff_Mul()
         exact = factor.is_Rational and sympy.Rational(float(factor)) == factor
         if factor != 1 and exact:
             return self._scaled(self.write(rest), float(factor))
         return reduce(lambda a, b: self.of(Operation.MULTIPLY, a, b), self._sorted(node.args))
+
+    def _geometric_sum(self, base: sympy.Expr, count: sympy.Expr, rest: sympy.Expr) -> int:
+        r"""Return the form of ``rest (1 - base**count) / (1 - base)``, which a base of one does not divide by zero.
+
+        With phi(z) = (exp(z) - 1) / z it is ``rest count phi(count log(base)) / phi(log(base))``.
+        """
+        found = sympy.Dummy("sum")
+        if (base, count) not in self.known:
+            logarithm = self.apply(Function.LOG, self.write(base))
+            above = self.of(Operation.PHI, self.of(Operation.MULTIPLY, self.write(count), logarithm))
+            below = self.apply(Function.RECIPROCAL, self.of(Operation.PHI, logarithm))
+            ratio = self.of(Operation.MULTIPLY, above, below)
+            self.known[base, count] = self.of(Operation.MULTIPLY, self.write(count), ratio)
+        self.known[found] = self.known[base, count]
+        return self.write(rest * found)
 
     def _power(self, base: sympy.Expr, exponent: sympy.Expr) -> int:
         if base == sympy.E:
@@ -283,8 +302,13 @@ class Writer:
         return self.put(Operation.PAST, self.signals[name], lag) if lag else self.now[name]
 
 
-def tape_of(model: Model) -> Tape:
+def tape_of(model: Model, sums: bool = False) -> Tape:
     """Return the tape of a model; lines in derivatives are integrated.
+
+    Parameters
+    ----------
+    sums
+        Whether sums of powers are known where what is written divides by zero. A certificate cannot state that.
 
     Raises
     ------
@@ -296,7 +320,7 @@ def tape_of(model: Model) -> Tape:
     seen = (Line(signal(name)[t], _seen(m)) for name, m in read.items())
     lines = causal_order((*seen, *summed(model.lines)))
     parameters, signals = tuple(p.name for p in model.parameters), tuple(line.signal for line in lines)
-    writer = Writer(parameters, signals)
+    writer = Writer(parameters, signals, sums)
     constraints = [writer.write(constraint) for constraint in model.constraints]
     integrated, counts = _integrated(writer, rates)
     for line in lines:
@@ -335,9 +359,20 @@ def tape_of(model: Model) -> Tape:
     )
 
 
+def _geometric(node: sympy.Mul) -> tuple[sympy.Expr, sympy.Expr, sympy.Expr] | None:
+    """Return b, s and the rest of a product with (1 - b**s) / (1 - b), where b is positive."""
+    for divisor in node.args:
+        base = 1 - divisor.base if divisor.is_Pow and divisor.exp == -1 else sympy.S.Zero
+        for factor in node.args if base.is_positive else ():
+            power = 1 - factor
+            if power.is_Pow and power.base == base:
+                return base, power.exp, node / divisor / factor
+    return None
+
+
 def _shared(once: Index, later: Index) -> Index:
     """Return the operations on parameters alone whose results others read, and which leave something over."""
-    bent = (Operation.MULTIPLY, Operation.APPLY, Operation.CHOOSE, Operation.LARGER)
+    bent = (Operation.MULTIPLY, Operation.APPLY, Operation.CHOOSE, Operation.LARGER, Operation.PHI)
     read = {k for operation, *places in later.tolist() for k in places[: _READS[Operation(operation)]] if k < len(once)}
     return np.array(sorted(k for k in read if once[k, 0] in bent), dtype=np.int64)
 

@@ -14,6 +14,8 @@ from tests.smid.identification.inversion.kept import is_kept
 x, v, u = signal("x"), signal("v"), signal("u")
 a, b = (sympy.Symbol(name, real=True) for name in "ab")
 N = 25
+POLE = sympy.Max(sympy.Rational(1, 1000), a)
+PACE = (1 - POLE ** sympy.exp(b * u[t - 1])) / (1 - POLE)  # of a lag whose time constant varies
 # Lines, and the boxes of a and b.
 PLANTS = {
     "root": ([Line(x[t], x[t - 1] - a * sympy.sqrt(x[t - 1]) + b * u[t - 1])], (0.05, 0.2), (0.2, 0.5)),
@@ -29,6 +31,7 @@ PLANTS = {
         (0, 1),
     ),
     "chaos": ([Line(x[t], a * x[t - 1] * (b - x[t - 1] / 2) + u[t - 1] / 1000)], (3.6, 3.9), (0.95, 1.0)),
+    "pace": ([Line(x[t], x[t - 1] + (u[t - 1] - x[t - 1]) * PACE / 10)], (0.3, 0.999), (-1, 1)),
     "two lags": ([Line(x[t], a * x[t - 1] - 0.3 * x[t - 2] + b * u[t - 2])], (0.2, 0.9), (0.1, 1)),
 }
 
@@ -45,7 +48,7 @@ def posed(name, rng):
     measured = clean + rng.uniform(-0.1, 0.1, N)
     measured[7] = np.nan
     data = Dataset.from_arrays(input={"u": inputs}, output={"y": measured}, sampling_time=1.0)
-    return Record(model, data, {"y": 0.1}), truth, clean
+    return Record(model, data, {"y": 0.1}, whole=name == "pace"), truth, clean
 
 
 @pytest.mark.parametrize(("seed", "symbols"), [(0, 40), (1, 40), (2, 0), (3, 1), (4, 3)])  # few: they are folded early
@@ -111,3 +114,11 @@ def test_a_run_of_rates_keeps_every_row_and_fits(name, scheme, symbols, monkeypa
             rows = record.rows(lower, upper)
             assert rows.impossible < 0
             assert is_kept(rows, point, lower, upper)
+
+
+def test_a_lag_without_limit_is_enclosed():
+    """At a pole of one, the sum of its powers is divided by zero as it is written."""
+    record, _, _ = posed("pace", np.random.default_rng(3))
+    record.lower[:2], record.upper[:2] = (0.9, 0.0), (1.0, 0.1)
+    found = record.rows(record.lower, record.upper)
+    assert len(found.centre) > N // 2
