@@ -148,6 +148,43 @@ def tanh(x: int) -> Ends:
     return (low, high) if x >= 0 else (-high, -low)
 
 
+def phi(x: int) -> tuple[int, End]:
+    """Return ends of ``(exp(x) - 1) / x``, which is one at zero."""
+    if abs(x) >= ONE:
+        low, high = exp(x)
+        return _quotient(low - ONE, high - ONE, x)
+    # The sum of x**n / (n + 1)!.
+    fine, total = x << GUARD, 0
+    term = _WHOLE
+    for n in range(2, 50):
+        total += term
+        term = (term * fine >> FINE) // n
+    return _around(total)
+
+
+def phi_slope(x: int) -> tuple[int, End]:
+    """Return ends of the derivative of `phi`."""
+    if abs(x) >= ONE:
+        (low, high), (least, most) = exp(x), phi(x)
+        return _quotient(low - most, high - least, x) if isinstance(most, int) else (0, inf)
+    # The sum of n x**(n - 1) / (n + 1)!.
+    fine, total = x << GUARD, 0
+    term = _WHOLE // 2
+    for n in range(1, 49):
+        total += n * term
+        term = (term * fine >> FINE) // (n + 2)
+    return _around(total)
+
+
+def _quotient(low: End, high: End, x: int) -> tuple[int, End]:
+    """Return ends of a number between two ends, of which the upper one may be infinite, over another that is not 0."""
+    assert isinstance(low, int)
+    if x < 0:
+        assert isinstance(high, int)
+        low, high, x = -high, -low, -x
+    return (low << BITS) // x, -((-high << BITS) // x) if isinstance(high, int) else inf
+
+
 def root(x: int) -> Ends:
     """Return ends of the root of a number that is not negative."""
     low = isqrt(x << BITS)

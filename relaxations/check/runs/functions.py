@@ -17,6 +17,7 @@ from relaxations.check.runs.affine import (
     UNKNOWN,
     Form,
     Range,
+    add,
     between,
     floor,
     line,
@@ -34,12 +35,18 @@ Finite = Callable[[int], Ends]
 
 @dataclass(frozen=True)
 class _Curve:
-    """A convex or concave function: ends of its values and derivatives, and roughly where it has a derivative."""
+    """A convex or concave function: ends of its values and derivatives.
+
+    Parameters
+    ----------
+    touching
+        Returns roughly where it has a derivative; by default the tangent is that at the middle.
+    """
 
     convex: bool
     value: Value
     slope: Value
-    touching: Callable[[int], int]
+    touching: Callable[[int], int] | None = None
 
 
 def _bent(a: Form, curve: _Curve, ends: Range) -> Form:
@@ -56,7 +63,7 @@ def _bent(a: Form, curve: _Curve, ends: Range) -> Form:
         return between(*ends)
     # The line's slope, and the point of the tangent.
     slope = ((last - first) << BITS) // (high - low)
-    point = curve.touching(slope) if slope else low
+    point = curve.touching(slope) if curve.touching and slope else low
     point = point if low < point < high else (low + high) >> 1
     (middle, middle_up), (tangent, tangent_up) = curve.value(point), curve.slope(point)
     if not (isinstance(middle_up, int) and isinstance(tangent_up, int)):
@@ -94,6 +101,7 @@ _RECIPROCAL = _Curve(True, fixed.reciprocal, _inverse_square, lambda slope: isqr
 _ROOT = _Curve(False, fixed.root, _half_inverse_root, lambda slope: ONE**3 // (4 * slope * slope))
 _EXP = _Curve(True, fixed.exp, fixed.exp, lambda slope: fixed.log(slope)[0] if slope > 0 else 0)
 _LOG = _Curve(False, fixed.log, fixed.reciprocal, lambda slope: ONE**2 // slope)
+_PHI = _Curve(True, fixed.phi, fixed.phi_slope)
 
 
 def square(a: Form) -> Form:
@@ -162,6 +170,22 @@ def raised(a: Form, exponent: Form) -> Form:
     low, high = exponent.low, exponent.high
     whole = not (isinstance(low, int) and isinstance(high, int)) or high >> BITS != (low - 1) >> BITS
     return UNKNOWN if a.low < 0 and whole else exp(multiply(exponent, log(a)))
+
+
+def geometric(base: Form, count: Form) -> Form:
+    """Return ``(1 - base**count) / (1 - base)``, which a base of one does not divide by zero.
+
+    With ``phi(z) = (exp(z) - 1) / z`` it is ``count phi(count log(base)) / phi(log(base))``.
+    """
+    one = between(ONE, ONE)
+    if base.low <= 0:
+        return multiply(add(one, negative(raised(base, count))), reciprocal(add(one, negative(base))))
+    logarithm = log(base)
+    return multiply(count, multiply(_phi(multiply(count, logarithm)), reciprocal(_phi(logarithm))))
+
+
+def _phi(a: Form) -> Form:
+    return _bent(a, _PHI, _rising(fixed.phi, a.low, a.high, 0))
 
 
 def size(a: Form) -> Form:

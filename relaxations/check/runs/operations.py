@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from relaxations.check.runs.affine import Form, add, hull, multiply, narrowed, negative, number
-from relaxations.check.runs.functions import FUNCTIONS, power, raised
+from relaxations.check.runs.functions import FUNCTIONS, geometric, power, raised
 from relaxations.check.runs.tape import Entry
 
 
 def cost_of(entry: Entry) -> int:
     """Return about how long an operation takes without its slopes, of which each takes one."""
-    return 100 if entry[0] in FUNCTIONS or entry[0] in ("power", "raise") else 10
+    return 100 if entry[0] in FUNCTIONS or entry[0] in ("power", "raise", "geometric") else 10
 
 
 def operate(entry: Entry, forms: list[Form], starts: list[Form]) -> Form:
@@ -38,6 +38,8 @@ def operate(entry: Entry, forms: list[Form], starts: list[Form]) -> Form:
             return power(forms[a], exponent)
         case ("raise", a, exponent):
             return raised(forms[a], forms[exponent])
+        case ("geometric", base, count):
+            return geometric(forms[base], forms[count])
         case (name, a):
             return FUNCTIONS[name](forms[a])
     raise AssertionError(entry)

@@ -28,6 +28,7 @@ _READ = {
     "*": 2,
     "larger": 2,
     "raise": 2,
+    "geometric": 2,
     "choose": 3,
 }
 """So many forms are read by an operation; by all others one."""
@@ -195,7 +196,7 @@ class Tape:
             case ("+", *parts):
                 return self._sum([self.write(part) for part in parts])
             case ("*", *factors):
-                return self._product([self.write(own) for factor in factors for own in _factors(factor)])
+                return self._factored([own for factor in factors for own in _factors(factor)])
             case ("**", base, exponent):
                 return self._power(base, exponent)
             case ("call", name, *arguments):
@@ -255,6 +256,15 @@ class Tape:
             return self.number(factor)
         product = reduce(lambda a, b: self.put("*", a, b), rest)
         return product if factor == 1 else self.put("*", product, self.number(factor))
+
+    def _factored(self, factors: list[Node]) -> int:
+        """Return the place of a product, of which two factors may be ``(1 - base**count) / (1 - base)``."""
+        found = None if self._stages else _geometric(factors)  # it has no derivative here
+        if found is None:
+            return self._product([self.write(factor) for factor in factors])
+        base, count, rest = found
+        summed = self.put("geometric", self.write(base), self.write(count))
+        return self._product([summed, *(self.write(factor) for factor in rest)])
 
     def _power(self, base: Node, exponent: Node) -> int:
         place = self.write(exponent)
@@ -331,6 +341,25 @@ def _limited(value: Fraction) -> Fraction:
     if max(value.numerator.bit_length(), value.denominator.bit_length()) > _MOST_BITS:
         raise Unreadable(f"an expression holds a number of more than {_MOST_BITS} bits")
     return value
+
+
+def _geometric(factors: list[Node]) -> tuple[Node, Node, list[Node]] | None:
+    """Return base, count and the other factors of a product with ``(1 - base**count) / (1 - base)``."""
+    for i, divisor in enumerate(factors):
+        base = _less_from_one(divisor[1]) if divisor[0] == "**" and divisor[2] == ("number", -1) else None
+        for j, factor in enumerate(factors):
+            match _less_from_one(factor):
+                case ("**", other, count) if base is not None and other == base:
+                    return base, count, [own for k, own in enumerate(factors) if k not in (i, j)]
+    return None
+
+
+def _less_from_one(node: Node) -> Node | None:
+    """Return what is subtracted from one; None for another expression."""
+    match node:
+        case ("+", ("number", 1), ("*", ("number", -1), subtracted)):
+            return subtracted  # type: ignore[no-any-return]
+    return None
 
 
 def _factors(node: Node) -> list[Node]:

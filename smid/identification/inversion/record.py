@@ -148,8 +148,7 @@ class Record:
     bounds
         Of each noisy channel, in its unit.
     whole
-        Whether hidden states are run through, from the first sample to the last, and the record is in no pieces. Then
-        sums of powers are known, too: see :func:`.tape.tape_of`.
+        Whether hidden states are run through, from the first sample to the last, and the record is in no pieces.
 
     Attributes
     ----------
@@ -173,7 +172,7 @@ class Record:
         model = at_sampling_time(model, data.sampling_time)
         self.model, self.data, self.whole = as_inverted(model), data, whole
         model, runs, bounds = with_bounds_measured(self.model, data, bounds)
-        self.tape = tape = tape_of(model, sums=whole)
+        self.tape = tape = tape_of(model)
         # One state alone turns around no other, and needs no older symbols.
         self._kept = KEPT if tape.first[tape.states & ~tape.clocks].sum() > 1 else min(KEPT, 1)
         noise = {m.channel: bounds[m.channel] for m in model.measurements if m.noise is not None}

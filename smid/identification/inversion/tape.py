@@ -131,8 +131,7 @@ class Tape:
 class Writer:
     """Operations being written; what is known of an expression is written once."""
 
-    def __init__(self, parameters: tuple[str, ...], signals: tuple[str, ...], sums: bool = False) -> None:
-        self.sums = sums
+    def __init__(self, parameters: tuple[str, ...], signals: tuple[str, ...]) -> None:
         self.parameters = {sympy.Symbol(name, real=True): k for k, name in enumerate(parameters)}
         self.signals = {name: k for k, name in enumerate(signals)}
         self.channels: dict[str, int] = {}
@@ -226,7 +225,7 @@ class Writer:
         return self.of(Operation.SCALE, a, number=factor)
 
     def _product(self, node: sympy.Mul) -> int:
-        if self.sums and (found := _geometric(node)) is not None:
+        if (found := _geometric(node)) is not None:
             return self._geometric_sum(*found)
         factor, rest = node.as_coeff_Mul()
         exact = factor.is_Rational and sympy.Rational(float(factor)) == factor
@@ -302,13 +301,8 @@ class Writer:
         return self.put(Operation.PAST, self.signals[name], lag) if lag else self.now[name]
 
 
-def tape_of(model: Model, sums: bool = False) -> Tape:
+def tape_of(model: Model) -> Tape:
     """Return the tape of a model; lines in derivatives are integrated.
-
-    Parameters
-    ----------
-    sums
-        Whether sums of powers are known where what is written divides by zero. A certificate cannot state that.
 
     Raises
     ------
@@ -320,7 +314,7 @@ def tape_of(model: Model, sums: bool = False) -> Tape:
     seen = (Line(signal(name)[t], _seen(m)) for name, m in read.items())
     lines = causal_order((*seen, *summed(model.lines)))
     parameters, signals = tuple(p.name for p in model.parameters), tuple(line.signal for line in lines)
-    writer = Writer(parameters, signals, sums)
+    writer = Writer(parameters, signals)
     constraints = [writer.write(constraint) for constraint in model.constraints]
     integrated, counts = _integrated(writer, rates)
     for line in lines:

@@ -35,6 +35,11 @@ EXACT = {
     "cos": (DIGITS.cos, anywhere),
     "tanh": (DIGITS.tanh, lambda x: abs(x) < 2000 * ONE),
     "atan": (DIGITS.atan, anywhere),
+    "phi": (lambda x: DIGITS.expm1(x) / x if x else DIGITS.mpf(1), lambda x: -(ONE << 20) < x <= 512 * ONE),
+    "phi_slope": (
+        lambda x: (DIGITS.exp(x) * (x - 1) + 1) / x**2 if x else DIGITS.mpf(1) / 2,
+        lambda x: -(ONE << 20) < x <= 512 * ONE,
+    ),
     "root": (DIGITS.sqrt, lambda x: x >= 0),
     "square": (lambda x: x * x, anywhere),
     "reciprocal": (lambda x: 1 / x, lambda x: x != 0),
@@ -50,7 +55,8 @@ def test_a_function_lies_between_its_ends(name: str, x: int) -> None:
         low, high = getattr(fixed, name)(x)
         value = exact(DIGITS.mpf(x) / UNIT) * UNIT
         assert low <= value <= high
-        if name != "exp" and abs(x) < fixed._LARGEST_ANGLE:
+        grows = name in ("exp", "phi", "phi_slope") and abs(x) >= ONE
+        if not grows and abs(x) < fixed._LARGEST_ANGLE:
             assert high - low <= 3
 
 
@@ -133,6 +139,11 @@ def test_forms_hold_at_points(found) -> None:
         value = function(x / UNIT)
         if value is not None:
             holds(functions.FUNCTIONS[name](a), shares, value * UNIT)
+    for base in (x, x * x / (100 * UNIT)):
+        if base > 0 and base != UNIT:
+            form = a if base is x else affine.multiply(affine.scaled(a, Fraction(1, 100)), a)
+            share = (1 - (base / UNIT) ** (y / UNIT)) / (1 - base / UNIT)
+            holds(functions.geometric(form, b), shares, share * UNIT)
     for exponent in (Fraction(1, 3), Fraction(7, 4)):
         if x > 0:
             holds(functions.power(a, exponent), shares, (x / UNIT) ** exactly(exponent) * UNIT)

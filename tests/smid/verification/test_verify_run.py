@@ -35,6 +35,7 @@ from smid.models import VALUE, Line, Measurement, signal, t
 x, u = signal("x"), signal("u")
 a, b = (sympy.Symbol(name, real=True) for name in "ab")
 BOUND = 0.02
+POLE = sympy.Max(a, sympy.Rational(1, 1000))
 # Line, the same in numbers, the true start, boxes, and how far the input is shifted.
 PLANTS = {
     "square-root tank": (
@@ -73,6 +74,13 @@ PLANTS = {
         ((0.0, 2.0), (0.0, 2.0)),
         (0.1, 0.5),
     ),
+    # A lag with a pace that the input changes; as it is written, a pole of one divides by zero.
+    "pace": (
+        x[t - 1] + a * (u[t - 1] - x[t - 1]) * (1 - POLE ** sympy.exp(b * u[t - 1])) / (1 - POLE),
+        lambda x, u: x + 0.4 * (u - x) * (1 - 0.4 ** np.exp(1.5 * u)) / 0.6,
+        ((0.01, 1.1), (-3.0, 3.0)),
+        (0.1, 0.5),
+    ),
 }
 TRUTH = {
     "square-root tank": (0.12, 0.2),
@@ -81,6 +89,7 @@ TRUTH = {
     "power": (1.5, 0.4),
     "dead zone": (0.2, 0.9),
     "branches": (0.4, 0.9),
+    "pace": (0.4, 1.5),
 }
 
 

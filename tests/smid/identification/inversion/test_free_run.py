@@ -48,7 +48,7 @@ def posed(name, rng):
     measured = clean + rng.uniform(-0.1, 0.1, N)
     measured[7] = np.nan
     data = Dataset.from_arrays(input={"u": inputs}, output={"y": measured}, sampling_time=1.0)
-    return Record(model, data, {"y": 0.1}, whole=name == "pace"), truth, clean
+    return Record(model, data, {"y": 0.1}), truth, clean
 
 
 @pytest.mark.parametrize(("seed", "symbols"), [(0, 40), (1, 40), (2, 0), (3, 1), (4, 3)])  # few: they are folded early
