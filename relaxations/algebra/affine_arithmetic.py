@@ -177,6 +177,9 @@ def linear(forms: Array, to: int, a: int, factor: float, constant: float, error:
         forms[to, k] = factor * forms[a, k]
         size += abs(forms[to, k])
     forms[to, CENTRE] = factor * forms[a, CENTRE] + constant
+    if constant == 0.0 and error == 0.0 and abs(factor) == 1.0:  # nothing is rounded: x - x stays zero
+        forms[to, RADIUS], forms[to, LOW], forms[to, HIGH] = forms[a, RADIUS], low, high
+        return
     rounding = (4.0 + forms.shape[1] * EPSILON) * EPSILON * size + forms.shape[1] * TINY
     forms[to, RADIUS] = (abs(factor) * forms[a, RADIUS] + error + rounding) * (1.0 + 8.0 * EPSILON)
     # Each end has its own rounding: the other one may be infinite.

@@ -1,8 +1,11 @@
-"""A model as inversion reads it: products of parameters are taken out of the brackets that hold them.
+"""A model as inversion reads it: products of parameters are out of brackets, and what a sign multiplies is in one.
 
 The line ``x = J (c u - w v)`` of signals u and v is linear in the products ``J c`` and ``J w``, each of which is one
 number at all samples, however much J, c and w themselves are in doubt. So brackets are written out whose terms have
 factors of parameters alone; others stay, as what occurs once is enclosed best.
+
+A sign is put together for the same reason. The memory of a hysteresis is ``z = s + (z - s) exp(-r |d|)`` with
+s = sign(d), which is not known where d is small; but ``s (1 - exp(-r |d|))`` is small there.
 """
 
 from __future__ import annotations
@@ -37,7 +40,7 @@ def as_inverted(model: Model) -> Model:
 
 
 def distributed(model: Model) -> Model:
-    """Return a model whose products of parameters are written out.
+    """Return a model whose products of parameters are written out, and in whose lines each sign occurs once.
 
     Examples
     --------
@@ -47,10 +50,21 @@ def distributed(model: Model) -> Model:
     x[t] = -c*k*x[t - 1] + k*u[t - 1] + x[t - 1]
     """
     lines = tuple(
-        replace(line, expression=line.expression.replace(lambda node: node.is_Mul, _distributed))
+        replace(line, expression=_gathered(line.expression.replace(lambda node: node.is_Mul, _distributed)))
         for line in model.lines
     )
     return replace(model, lines=lines)
+
+
+def _gathered(expression: sympy.Expr) -> sympy.Expr:
+    """Return an expression in which each sign that several terms have as a factor multiplies their sum."""
+    for sign in sorted(expression.atoms(sympy.sign), key=str):
+        brackets = (sympy.expand_mul(term, deep=False) for term in sympy.Add.make_args(expression))
+        terms = [term for bracket in brackets for term in sympy.Add.make_args(bracket)]
+        shares = [term / sign for term in terms if term.has(sign)]
+        if len(shares) > 1 and not any(share.has(sign) for share in shares):
+            expression = sympy.Add(*(term for term in terms if not term.has(sign)), sign * sympy.Add(*shares))
+    return expression
 
 
 def _distributed(product: sympy.Mul) -> sympy.Expr:

@@ -35,7 +35,7 @@ class Operation(IntEnum):
     SUBTRACT = 5
     MULTIPLY = 6
     SCALE = 7  # form; number
-    APPLY = 8  # form, function; exponent
+    APPLY = 8  # form, function, 1 for a logarithm that is in no power; exponent
     CHOOSE = 9  # condition, form where it is not negative, form elsewhere; 1 if zero is elsewhere, too
     LARGER = 10
     DEFINE = 11  # form; one for each signal, so that its initial samples can take its place
@@ -60,9 +60,11 @@ def _unknown(forms: Array, a: int) -> bool:
 @compiled
 def may_be_undefined(entry: Index, forms: Array) -> bool:
     """Return whether an operation reads a number that may not be real, or may give one."""
-    operation, a, b = entry[0], entry[1], entry[2]
+    operation, a, b, must_be_finite = entry
     if operation == _APPLY:
         if b == _RECIPROCAL and forms[a, LOW] <= 0.0 <= forms[a, HIGH]:
+            return True
+        if must_be_finite and forms[a, LOW] <= 0.0:
             return True
         return _unknown(forms, a) or (b in _UNDEFINED_BELOW_ZERO and forms[a, LOW] < 0.0)
     if operation == _MULTIPLY:

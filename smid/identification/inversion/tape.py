@@ -156,7 +156,7 @@ class Writer:
         return self.put(operation, *forms, number=number, when=max(self.entries[k][0] for k in forms))
 
     def apply(self, function: Function, a: int, exponent: float = 0.0) -> int:
-        """Return the form of a function of another."""
+        """Return the form of a function of another. The logarithm of zero is the one that a power of zero has."""
         return self.put(Operation.APPLY, a, int(function), number=exponent, when=self.entries[a][0])
 
     def number(self, value: sympy.Expr) -> int:
@@ -210,6 +210,9 @@ class Writer:
             return self.write(node.rewrite(sympy.sin if node.func is sympy.tan else sympy.exp))
         if node.func is sympy.ceiling:
             return self._scaled(self.apply(Function.FLOOR, self._scaled(self.write(node.args[0]), -1.0)), -1.0)
+        if node.func is sympy.log:  # it is of no power, so that of zero is no number
+            a = self.write(node.args[0])
+            return self.put(Operation.APPLY, a, int(Function.LOG), 1, when=self.entries[a][0])
         if node.func in _FUNCTIONS:
             return self.apply(_FUNCTIONS[node.func], self.write(node.args[0]))
         known = sorted({*(f.__name__ for f in _FUNCTIONS), "Max", "Min", "Piecewise", "ceiling", "sqrt", "tan"})

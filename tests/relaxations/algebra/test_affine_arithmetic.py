@@ -259,3 +259,13 @@ def test_a_copy_is_cut_to_the_width_of_its_place():
     narrow = np.ones((1, SLOPES + 1))
     copy(narrow, 0, forms, 0)
     np.testing.assert_array_equal(narrow[0], forms[0, : SLOPES + 1])
+
+
+@given(x=sized(1e300))
+@settings(deadline=None)
+def test_a_number_less_itself_is_exactly_zero(x):
+    forms = np.zeros((3, SLOPES + COUNT))
+    interval(forms, 0, x, 0.0)
+    linear(forms, 1, 0, -1.0, 0.0, 0.0)
+    add(forms, 2, 0, 1, 1.0)
+    assert not forms[2].any()

@@ -91,6 +91,7 @@ def test_no_point_fits_whose_exact_run_breaks_the_bound_by_a_rounding(name) -> N
     [
         a + sympy.atan(1 / (u[t] - a)),
         a + sympy.sin(sympy.log(u[t] - a)),
+        a + sympy.sin(sympy.log(sympy.Max(0, u[t] - a))),
         a + sympy.Min(0, sympy.log(u[t] - a - sympy.Rational(1, 10))),
         a + sympy.sqrt(u[t] - a - sympy.Rational(1, 10**30)),
         a + (u[t] - a - sympy.Rational(1, 10**30)) ** b,

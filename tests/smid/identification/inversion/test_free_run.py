@@ -122,3 +122,17 @@ def test_a_lag_without_limit_is_enclosed():
     record.lower[:2], record.upper[:2] = (0.9, 0.0), (1.0, 0.1)
     found = record.rows(record.lower, record.upper)
     assert len(found.centre) > N // 2
+
+
+@pytest.mark.parametrize("moving", ["u", "x"])
+def test_the_point_of_a_hysteresis_is_verified(moving):
+    """The sign of what does not move, or hardly, is not known, but neither does it matter."""
+    moved = signal(moving)[t] - signal(moving)[t - 1]
+    memory = sympy.sign(moved) + (v[t - 1] - sympy.sign(moved)) * sympy.exp(-b * sympy.Abs(moved))
+    lines = Line(x[t], a * x[t - 1] + u[t - 1]), Line(v[t], memory), Line(signal("w")[t], x[t] + v[t])
+    model = Model("loop", (Parameter("a", 0, 1), Parameter("b", 1, 9)), lines, (Measurement("y", "w", "eta"),))
+    inputs, truth, begin = np.repeat([0.0, 1.0, 0.3], 80), {"a": 0.5, "b": 3.0}, {"x": 0.4, "v": -0.2}
+    clean = simulate(model, {"u": inputs}, truth, {name: [value] for name, value in begin.items()})["w"]
+    data = Dataset.from_arrays(input={"u": inputs}, output={"y": clean}, sampling_time=1.0)
+    record = Record(model.bound(x=(-9, 9), v=(-1, 1)), data, {"y": 1e-6}, whole=True)
+    assert record.fits(np.array([*truth.values(), *(begin[name.split("[")[0]] for name in record.names[2:])]))
