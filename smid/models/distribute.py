@@ -40,7 +40,7 @@ def as_inverted(model: Model) -> Model:
 
 
 def distributed(model: Model) -> Model:
-    """Return a model whose products of parameters are written out, and in whose lines each sign occurs once.
+    """Return a model whose products of parameters are written out, and whose signs are put together.
 
     Examples
     --------
@@ -57,13 +57,14 @@ def distributed(model: Model) -> Model:
 
 
 def _gathered(expression: sympy.Expr) -> sympy.Expr:
-    """Return an expression in which each sign that several terms have as a factor multiplies their sum."""
+    """Return an expression in which each sign multiplies the sum of what it has as a factor without parameters."""
     for sign in sorted(expression.atoms(sympy.sign), key=str):
         brackets = (sympy.expand_mul(term, deep=False) for term in sympy.Add.make_args(expression))
         terms = [term for bracket in brackets for term in sympy.Add.make_args(bracket)]
-        shares = [term / sign for term in terms if term.has(sign)]
+        signed = [term for term in terms if term.has(sign) and not _scaled(term)]
+        shares = [term / sign for term in signed]
         if len(shares) > 1 and not any(share.has(sign) for share in shares):
-            expression = sympy.Add(*(term for term in terms if not term.has(sign)), sign * sympy.Add(*shares))
+            expression = sympy.Add(*(term for term in terms if term not in signed), sign * sympy.Add(*shares))
     return expression
 
 
