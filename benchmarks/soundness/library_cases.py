@@ -25,6 +25,7 @@ from smid.diagnosis.effects.check import cases
 from smid.diagnosis.effects.effect import Extension
 from smid.identification.inversion.record import Record
 from smid.models import Line, Measurement, signal, simulate, t
+from smid.models.structure import is_clock
 
 WIDTHS = (0.01, 0.1, 0.5)  # of boxes, as shares of the parameter
 NOISES = (0.005, 0.02, 0.1)  # bounds, as shares of the output's range
@@ -104,16 +105,18 @@ def _boxes(
 
 
 def _run(rng: np.random.Generator, plant: Plant, model: Model, truth: Mapping[str, float]) -> dict[str, Array]:
-    """Return all signals and channels over some samples of the plant's record."""
+    """Return all signals and channels over some samples of the plant's record, each line fitting from its first."""
     channels, n = plant.site.data.experiments[0].values, int(rng.integers(10, 31))
-    first = int(rng.integers(30, plant.site.data.n_samples - n))
-    initial = {name: plant.free_run[name][first : first + n] for name in plant.model.states}
-    inputs = {name: samples[first : first + n] for name, samples in channels.items()}
+    # A run takes its first samples from the initial states, also where a line has a shorter lag: those are cut off.
+    lag = model.max_lag
+    first = int(rng.integers(30, plant.site.data.n_samples - n - lag))
+    initial = {name: plant.free_run[name][first:] for name in plant.model.states}
+    before = (np.arange(lag) - lag) * plant.site.sampling_time  # of clocks, which are zero where the record begins
+    initial |= {line.signal: before for line in model.lines if is_clock(line)}
+    inputs = {name: samples[first : first + lag + n] for name, samples in channels.items()}
     with np.errstate(all="ignore"):
         found = inputs | simulate(model, inputs, truth, initial, check=False)
-    if "difference" in found:  # of the first samples nothing is said
-        found["difference"] = np.nan_to_num(found["difference"])
-    return found
+    return {name: samples[lag:] for name, samples in found.items()}
 
 
 def _recorded(

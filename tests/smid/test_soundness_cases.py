@@ -1,15 +1,21 @@
 """The random cases of ``python -m benchmarks.soundness``: the truth is inside, the empty sets are empty."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
+from benchmarks.soundness import library_cases
 from benchmarks.soundness.cases import KINDS, LEVELS, SMOOTH, STATIC, drawn, empty_case, feasible_case, new_case
 from benchmarks.soundness.check_case import check_case, check_inversion, check_new
 from benchmarks.soundness.emptiness import Record, least_noise_bound
 from benchmarks.soundness.library_cases import library_case
 from benchmarks.soundness.score import CaseResult, markdown
+from relaxations.algebra.arrays import Array
 from smid import FeasibleSet
 from smid.identification.windows import windowed
+from smid.models.compiled import compile_loop
+from smid.models.structure import is_clock
 
 COUNT = len(KINDS)
 
@@ -156,6 +162,28 @@ def test_a_case_of_the_effect_library_holds_the_truth_or_contradicts_itself(seed
         for run in empty.data.experiments
     ]
     assert np.nanmax(np.concatenate(left)) > 3 * bound
+
+
+@pytest.mark.parametrize("seed", [28, 120, 124, 51])  # lags of one and two samples in a model; a clock
+def test_each_line_of_a_run_holds_from_its_own_lag_on(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = []
+    draw = library_cases._run
+
+    def kept(*given: Any) -> dict[str, Array]:
+        runs.append((*given[2:], draw(*given)))
+        return runs[-1][-1]
+
+    monkeypatch.setattr(library_cases, "_run", kept)
+    library_case(True, seed)
+    model, truth, run = runs[-1]
+    clocks = [line.signal for line in model.lines if is_clock(line)]
+    assert [run[name][0] for name in clocks] == pytest.approx([0.0] * len(clocks), abs=1e-9)
+    for line in model.lines:
+        lag = max((lag for _, lag in line.reads), default=0)
+        for now in range(lag, len(run["u"])):
+            known = {name: samples[: now + 1].copy() for name, samples in run.items()}
+            compile_loop((line,)).run(known, truth, now)
+            assert known[line.signal][now] == pytest.approx(run[line.signal][now], rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize(("feasible", "seed"), [(True, 0), (True, 9), (False, 0), (False, 9)])
