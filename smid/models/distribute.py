@@ -59,8 +59,9 @@ def distributed(model: Model) -> Model:
 def _gathered(expression: sympy.Expr) -> sympy.Expr:
     """Return an expression in which each sign multiplies the sum of what it has as a factor without parameters."""
     for sign in sorted(expression.atoms(sympy.sign), key=str):
-        brackets = (sympy.expand_mul(term, deep=False) for term in sympy.Add.make_args(expression))
-        terms = [term for bracket in brackets for term in sympy.Add.make_args(bracket)]
+        brackets = sympy.Add.make_args(expression)
+        written_out = (sympy.expand_mul(term, deep=False) if term.has(sign) else term for term in brackets)
+        terms = [term for part in written_out for term in sympy.Add.make_args(part)]
         signed = [term for term in terms if term.has(sign) and not _scaled(term)]
         shares = [term / sign for term in signed]
         if len(shares) > 1 and not any(share.has(sign) for share in shares):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from smid import Dataset, OwnModel
+from smid.identification.inversion import cover as covers
 from smid.identification.inversion.cover import Cover
 from smid.identification.inversion.record import Record
 from smid.models.simulate import simulate
@@ -32,7 +33,7 @@ def test_no_unknown_that_bends_the_runs_is_left_wide():
     bent = [cover.record.names.index(name) for name in "abrp"]
     widths = [(box.upper - box.lower)[bent] / (cover.root.upper - cover.root.lower)[bent] for box in cover.boxes]
     assert min(box.share for box in cover.boxes) < 1e-4  # the search went deep
-    assert max(width.max() / width.min() for width in widths) <= 32.0  # 16, and what the last halving adds
+    assert max(width.max() / width.min() for width in widths) <= 2 * covers._ASPECT  # what the last halving adds
     assert len(cover.boxes) < 40
 
 
