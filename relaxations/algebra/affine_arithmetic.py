@@ -30,11 +30,14 @@ from typing import Any, TypeVar, cast
 import numba
 import numpy as np
 
-from relaxations.algebra.arrays import Array
+from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 
 CENTRE, RADIUS, LOW, HIGH, SLOPES = range(5)
 LIBRARY = 8 * EPSILON
+
+NO_PRODUCTS: Index = np.zeros((0, 0), dtype=np.int64)
+"""What is of second order goes into the radius."""
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
@@ -217,8 +220,15 @@ def _product(a: float, b: float) -> float:
 
 
 @compiled
-def multiply(forms: Array, to: int, a: int, b: int) -> None:
-    """Write ``a b``. The part of second order is a square in each symbol, which is half as wide as it seems."""
+def multiply(forms: Array, to: int, a: int, b: int, products: Index) -> None:
+    """Write ``a b`` to a place of its own. A square of a symbol is half as wide as it seems.
+
+    Parameters
+    ----------
+    products
+        Shape (n, n). For each two of the first n symbols, the smaller place first, in which column their product has a
+        slope; -1: it goes into the radius. Of a symbol e with itself it is the slope of ``2 e e - 1``.
+    """
     ends = (
         _product(forms[a, LOW], forms[b, LOW]),
         _product(forms[a, LOW], forms[b, HIGH]),
@@ -240,9 +250,24 @@ def multiply(forms: Array, to: int, a: int, b: int) -> None:
         forms[to, k] = mid_a * slope_b + mid_b * slope_a
         size += abs(mid_a * slope_b) + abs(mid_b * slope_a)
     forms[to, CENTRE] = mid_a * mid_b + shift
-    size += abs(mid_a * mid_b) + square
-    rounding = (8.0 + forms.shape[1]) * EPSILON * (size + around) + 4.0 * forms.shape[1] * TINY
-    radius = abs(mid_a) * radius_b + abs(mid_b) * radius_a + max(around - square, 0.0)
+    known = square
+    for j in range(products.shape[0]):
+        own_a, own_b = forms[a, SLOPES + j], forms[b, SLOPES + j]
+        if own_a == 0.0 and own_b == 0.0:
+            continue
+        for k in range(j, products.shape[0]):
+            column = products[j, k]
+            if column < 0:
+                continue
+            if j == k:
+                one, other = 0.5 * own_a * own_b, 0.0
+            else:
+                one, other = own_a * forms[b, SLOPES + k], own_b * forms[a, SLOPES + k]
+            forms[to, column] += one + other
+            known += abs(one) + abs(other)
+    size += abs(mid_a * mid_b) + known
+    rounding = (8.0 + 4.0 * forms.shape[1]) * EPSILON * (size + around) + 4.0 * forms.shape[1] * TINY
+    radius = abs(mid_a) * radius_b + abs(mid_b) * radius_a + max(around - known, 0.0)
     forms[to, RADIUS] = (radius + rounding) * (1.0 + 16.0 * EPSILON)
     forms[to, LOW] = low
     forms[to, HIGH] = high

@@ -14,6 +14,7 @@ Reference: de Figueiredo and Stolfi, Affine arithmetic: concepts and application
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from math import inf
@@ -24,6 +25,11 @@ LARGEST = ONE << 640
 """A number beyond is unbounded: so a small file cannot make long ones."""
 
 Range = tuple[End, End]
+
+Products = Mapping[tuple[int, int], int]
+"""The symbol that stands for the product of two others, the smaller one first; for ``2 e e - 1`` of one with itself."""
+
+NONE: Products = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +116,7 @@ def add(a: Form, b: Form) -> Form:
     return _tidied(a.mid + b.mid, slopes, radius, low, high)
 
 
-def multiply(a: Form, b: Form) -> Form:
+def multiply(a: Form, b: Form, products: Products = NONE) -> Form:
     """Return ``a b``.
 
     With the deviations ``A = sum a_k e_k + a_0`` and ``B`` of both, ``|a_0|`` at most the radius of a,
@@ -118,10 +124,10 @@ def multiply(a: Form, b: Form) -> Form:
         a b  =  mid_a mid_b + mid_a B + mid_b A + A B,
 
     and A B differs from half the sum of ``a_k b_k`` by at most the product of both spreads less half the sum of
-    ``|a_k b_k|``: a square in a symbol lies between 0 and 1.
+    ``|a_k b_k|``: a square in a symbol lies between 0 and 1. A product of two symbols that has a symbol is a slope.
     """
-    products = [_times(x, y) for x in (a.low, a.high) for y in (b.low, b.high)]
-    least, most = min(products), max(products)
+    ends = [_times(x, y) for x in (a.low, a.high) for y in (b.low, b.high)]
+    least, most = min(ends), max(ends)
     low = least >> BITS if isinstance(least, int) else least
     high = up(most, BITS) if isinstance(most, int) else most
     if not (isinstance(a.radius, int) and isinstance(b.radius, int)) or not (a.slopes or b.slopes):
@@ -135,7 +141,17 @@ def multiply(a: Form, b: Form) -> Form:
         if k in a.slopes:
             own = a.slopes[k] * slope
             twice, size = twice + own, size + abs(own)
-    radius = abs(mid_a) * b.radius + abs(mid_b) * a.radius + reach - size // 2
+    known = size // 2
+    for (j, k), own in products.items():
+        one = a.slopes.get(j, 0) * b.slopes.get(k, 0)
+        if j == k:
+            part, known = one >> 1, known + abs(one) // 2
+        else:
+            other = a.slopes.get(k, 0) * b.slopes.get(j, 0)
+            part, known = one + other, known + abs(one) + abs(other)
+        if part:
+            slopes[own], roundings = slopes.get(own, 0) + (part >> BITS), roundings + 2
+    radius = abs(mid_a) * b.radius + abs(mid_b) * a.radius + reach - known
     mid = (mid_a * mid_b + twice // 2) >> BITS
     return _tidied(mid, slopes, up(radius, BITS) + roundings, low, high)
 

@@ -14,8 +14,10 @@ from math import inf, isqrt
 
 from relaxations.check.runs import fixed
 from relaxations.check.runs.affine import (
+    NONE,
     UNKNOWN,
     Form,
+    Products,
     Range,
     add,
     between,
@@ -165,11 +167,11 @@ def power(a: Form, exponent: Fraction) -> Form:
     return _bent(known, curve, _rising(value, known.low, known.high, 0))
 
 
-def raised(a: Form, exponent: Form) -> Form:
+def raised(a: Form, exponent: Form, products: Products = NONE) -> Form:
     """Return a power whose exponent is a form: of a negative number, it has a value where the exponent is whole."""
     low, high = exponent.low, exponent.high
     whole = not (isinstance(low, int) and isinstance(high, int)) or high >> BITS != (low - 1) >> BITS
-    return UNKNOWN if a.low < 0 and whole else exp(multiply(exponent, log(a)))
+    return UNKNOWN if a.low < 0 and whole else exp(multiply(exponent, log(a), products))
 
 
 def geometric(base: Form, count: Form) -> Form:

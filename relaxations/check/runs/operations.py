@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from relaxations.check.runs.affine import Form, add, hull, multiply, narrowed, negative, number
+from relaxations.check.runs.affine import NONE, Form, Products, add, hull, multiply, narrowed, negative, number
 from relaxations.check.runs.functions import FUNCTIONS, geometric, power, raised
 from relaxations.check.runs.tape import Entry
 
@@ -12,13 +12,13 @@ def cost_of(entry: Entry) -> int:
     return 100 if entry[0] in FUNCTIONS or entry[0] in ("power", "raise", "geometric") else 10
 
 
-def operate(entry: Entry, forms: list[Form], starts: list[Form]) -> Form:
+def operate(entry: Entry, forms: list[Form], starts: list[Form], products: Products = NONE) -> Form:
     """Return the result of an operation."""
     match entry:
         case ("+", a, b):
             return add(forms[a], forms[b])
         case ("*", a, b):
-            return multiply(forms[a], forms[b])
+            return multiply(forms[a], forms[b], products)
         case ("larger", a, b):
             one, other = forms[a], forms[b]
             form = add(other, FUNCTIONS["positive"](add(one, negative(other))))
@@ -37,7 +37,7 @@ def operate(entry: Entry, forms: list[Form], starts: list[Form]) -> Form:
         case ("power", a, exponent):
             return power(forms[a], exponent)
         case ("raise", a, exponent):
-            return raised(forms[a], forms[exponent])
+            return raised(forms[a], forms[exponent], products)
         case ("geometric", base, count):
             return geometric(forms[base], forms[count])
         case (name, a):

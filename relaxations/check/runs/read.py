@@ -15,7 +15,7 @@ from relaxations.check.runs.fixed import ONE, above, below
 from relaxations.check.runs.modulated import Modulation
 from relaxations.check.runs.narrowing import Bounded, Compared, Shaved, Step
 from relaxations.check.runs.proof import Node, Pass, Side
-from relaxations.check.runs.run import BALANCES, CONSTRAINT, LINKS, STEPWISE, Source
+from relaxations.check.runs.run import BALANCES, CONSTRAINT, FACTORS, LINKS, PRODUCT, STEPWISE, Source
 from relaxations.check.runs.statement import Measured, Piece, Samples, Stated
 from relaxations.check.runs.tape import Tape
 from relaxations.check.runs.terms import Terms
@@ -90,7 +90,7 @@ def document(content: Any) -> Document:
         "claim",
         "boxes",
     )
-    file = reader.fields(content, "the file", keys, ("origin", "pieces", "steps", "narrowing"))
+    file = reader.fields(content, "the file", keys, ("origin", "pieces", "steps", "narrowing", "products"))
     model = reader.fields(
         file["model"],
         "model",
@@ -216,6 +216,7 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
         exact_part = {name: samples[part] for name, samples in exactly[e].items()}
         pieces.append(Piece(e, start, stop - start, exact_part, tuple(own[part] for own in shown[e]), places))
     kept = reader.index(file["symbols"], "symbols", MOST_KEPT + 1)
+    products = _products(reader, reader.items(file.get("products", []), "products"), len(names))
     return Stated(
         tuple(parameters),
         tuple(names),
@@ -235,6 +236,7 @@ def _stated(reader: Reader, file: dict[str, Any], model: dict[str, Any]) -> Stat
         Terms.of({name: texts[name] for name in rates}, tape.parameters, list(parameters.values()), exact),
         begins,
         kept,
+        products,
         work,
     )
 
@@ -302,6 +304,19 @@ def _initial(
             raise Unreadable(f"an initial sample of {excerpt(name)}, which is no signal of the model")
         now = reader.index(sample, f"the initial sample of {shown_name(name)}", max(first[name], 1))
         found.setdefault((e, name, now), []).append(_ends(reader, ends, f"the initial sample of {shown_name(name)}"))
+    return found
+
+
+def _products(reader: Reader, pairs: list[Any], unknowns: int) -> dict[tuple[int, int], int]:
+    """Return the symbol of each product of two unknowns."""
+    if len(pairs) > MOST_UNKNOWNS:
+        raise Unreadable(f"there are more than {MOST_UNKNOWNS} products, the limit of this program")
+    found: dict[tuple[int, int], int] = {}
+    for number, value in enumerate(pairs):
+        j, k = (reader.index(own, f"product {number}", unknowns) for own in reader.items(value, "a product", 2))
+        if j > k or (j, k) in found:
+            raise Unreadable(f"product {number} is stated twice, or its first unknown is not the smaller one")
+        found[j, k] = unknowns + number
     return found
 
 
@@ -454,6 +469,8 @@ def _source(reader: Reader, value: Any, stated: Stated, where: str) -> Source:
     run, *places = reader.items(value, where, 4)
     if run == CONSTRAINT and not isinstance(run, bool):
         counts = (1, len(stated.constraints), 1)
+    elif run == PRODUCT and not isinstance(run, bool):
+        counts = (1, len(stated.products), len(FACTORS))
     else:
         reader.index(run, where, STEPWISE + 1)
         piece = reader.index(places[0], where, len(stated.pieces))

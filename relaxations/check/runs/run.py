@@ -23,12 +23,12 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 from relaxations.check.runs.affine import UNKNOWN, Form, Range, add, narrowed, negative, scaled, spread, symbol
-from relaxations.check.runs.fixed import End
+from relaxations.check.runs.fixed import ONE, End
 from relaxations.check.runs.motion import Motion
 from relaxations.check.runs.operations import cost_of, operate
 from relaxations.check.runs.statement import Piece, Stated
 
-FREE, ANCHORED, CONSTRAINT = 0, 1, -1
+FREE, ANCHORED, CONSTRAINT, PRODUCT = 0, 1, -1, -2
 """Where a row comes from."""
 
 LINKS = 2
@@ -42,7 +42,10 @@ STEPWISE = BALANCES + 1
 
 Source = tuple[int, int, int, int]
 """Run or `STEPWISE`, piece, measurement, sample; `LINKS` more than a run, piece, line, sample; `BALANCES`, piece,
-state, sample; or `CONSTRAINT`, 0, constraint, 0."""
+state, sample; `CONSTRAINT`, 0, constraint, 0; or `PRODUCT`, 0, which pair, which of `FACTORS`."""
+
+FACTORS = ((1, 1, -1, 3), (-1, -1, -1, 3), (1, -1, -3, 1), (-1, 1, -3, 1))
+"""For symbols e and f, the least and the largest value of ``a e + b f + e f``: a, b, and both values."""
 
 
 _BEYOND = 10  # noise bounds
@@ -52,7 +55,8 @@ _BEYOND = 10  # noise bounds
 class Row:
     """``low <= sum slope_k e_k <= high`` for the symbols that all rows share; impossible where no point can.
 
-    These are the symbols of the unknowns, of what parameters alone leave over, and of the errors of all measurements.
+    These are the symbols of the unknowns, of their products, of what parameters alone leave over, and of the errors of
+    all measurements.
     """
 
     slopes: Mapping[int, int]
@@ -70,7 +74,8 @@ def rows(stated: Stated, box: list[Range], sources: Iterable[Source]) -> dict[So
         wanted.setdefault((run, source[1]), []).append(source)
     starts = [symbol(*ends, k) for k, ends in enumerate(box)]
     fixed = _fixed(stated, starts)
-    errors = len(box) + len(stated.tape.shared)
+    pairs = list(stated.products)
+    errors = len(box) + len(pairs) + len(stated.tape.shared)
     begins = list(accumulate((len(stated.measured) * piece.count for piece in stated.pieces), initial=errors))
     symbols = begins[-1]
     for (run, piece), own in wanted.items():
@@ -78,9 +83,21 @@ def rows(stated: Stated, box: list[Range], sources: Iterable[Source]) -> dict[So
             for source in own:
                 form = fixed[stated.constraints[source[2]]]
                 found[source] = _row(form, symbols, 0, form.high)
+        elif run == PRODUCT:
+            found |= {source: _factors(*pairs[source[2]], len(box) + source[2], source[3]) for source in own}
         else:
             _run(stated, stated.pieces[piece], run, starts, fixed, begins[piece], symbols, own, found)
     return found
+
+
+def _factors(j: int, k: int, product: int, which: int) -> Row:
+    """Return what the product of two symbols is between, from both of them."""
+    a, b, low, high = FACTORS[which]
+    if j == k:  # with 2 e e - 1 in place of the square
+        slopes, low, high = {j: 4 * a}, -3, 5
+    else:
+        slopes = {j: a, k: b}
+    return Row({own: slope * ONE for own, slope in {**slopes, product: 1}.items()}, low * ONE, high * ONE, False)
 
 
 def _row(form: Form, symbols: int, least: int, most: End) -> Row | None:
@@ -100,10 +117,10 @@ def _fixed(stated: Stated, starts: list[Form]) -> list[Form]:
     """
     forms: list[Form] = []
     for entry, fixed in zip(stated.tape.entries, stated.tape.fixed, strict=True):
-        form = operate(entry, forms, starts) if fixed else UNKNOWN
+        form = operate(entry, forms, starts, stated.products) if fixed else UNKNOWN
         shared = stated.tape.shared.get(len(forms))
         if shared is not None and isinstance(form.radius, int):
-            slopes = {**form.slopes, len(starts) + shared: form.radius}
+            slopes = {**form.slopes, len(starts) + len(stated.products) + shared: form.radius}
             form = Form(form.mid, slopes, 0, form.low, form.high)
         forms.append(form)
         stated.work.spend(cost_of(entry) + len(forms[-1].slopes))
@@ -133,6 +150,7 @@ def _run(
     tape = stated.tape
     varying = [(k, entry) for k, entry in enumerate(tape.entries) if not (tape.fixed[k] or tape.moved[k])]
     least = sum(cost_of(entry) for _, entry in varying)
+    least += len(stated.products) * sum(entry[0] in ("*", "raise") for _, entry in varying)
     past: dict[str, list[Form]] = {name: [] for name in tape.lags}
     by_sample: dict[int, list[Source]] = {}
     for source in wanted:
@@ -164,7 +182,7 @@ def _run(
                     solved = _solved(stated, piece, run, motion, begin, now, by_sample.get(now, ()), found)
                 form = solved[entry[1]]
             else:
-                form = operate(entry, forms, starts)
+                form = operate(entry, forms, starts, stated.products)
             forms[k] = form
             cost += len(form.slopes)
         stated.work.spend(cost)

@@ -29,7 +29,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from relaxations.check.arithmetic import Work
-from relaxations.check.runs.affine import Form, Range
+from relaxations.check.runs.affine import Form, Products, Range
 from relaxations.check.runs.tape import Tape
 from relaxations.check.runs.terms import Terms
 
@@ -110,6 +110,8 @@ class Stated:
         Unknown of an initial sample, by experiment, signal and sample of the experiment.
     kept
         So many symbols of remainders are kept.
+    products
+        The symbols of products of unknowns, which follow those of the unknowns.
     """
 
     parameters: tuple[str, ...]
@@ -130,6 +132,7 @@ class Stated:
     terms: Terms
     begins: Mapping[tuple[int, str, int], int]
     kept: int
+    products: Products
     work: Work
 
     @property

@@ -277,7 +277,7 @@ def _deciding(
         trials = list[_Trial]()
         for part in _hopeful({part: parts[part] for part in chain}):
             free = with_free_coefficients(parts[part].record, bounds)
-            records = [(parts[part].record, False), *([(free, True)] if free is not None else [])]
+            records = [(parts[part].record.with_products(), False), *([(free, True)] if free is not None else [])]
             trials += [_Trial(part, Cover(record, 0.0, deepest_first=True), freed) for record, freed in records]
             yield 0.0
         relaxed, left = not (_measures_all_states(model) and is_polynomial(model)), ""

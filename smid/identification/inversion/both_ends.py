@@ -23,6 +23,7 @@ import numpy as np
 from relaxations.algebra.affine_arithmetic import (
     HIGH,
     LOW,
+    NO_PRODUCTS,
     Function,
     add,
     apply,
@@ -113,12 +114,12 @@ def mean_rates(
             phi_of(w, 3, 2, 1)
             phi_of(w, 4, 2, 2)
             apply(w, 5, 3, _RECIPROCAL, 0.0)
-            multiply(w, 1, 0, 5)
+            multiply(w, 1, 0, 5, NO_PRODUCTS)
             copy(w, 0, w, 1)
             # What the other states say.
             taken(w, 1, forms, places[i, OTHERS], signs)
             if w[1, LOW] < 0.0 or w[1, HIGH] > 0.0:
-                multiply(w, 2, 4, 5)
+                multiply(w, 2, 4, 5, NO_PRODUCTS)
                 add_product(w, 0, 2, 1, -h * h, 6)
             copy(w, 1, at_begin, i)
         times(w, 2, 1, h)

@@ -22,7 +22,19 @@ from relaxations.check.runs.fixed import ONE, below
 from relaxations.check.runs.narrowing import Narrowed
 from relaxations.check.runs.proof import Box as Ends
 from relaxations.check.runs.proof import Pass, Side, bound_of, contract
-from relaxations.check.runs.run import ANCHORED, BALANCES, CONSTRAINT, FREE, LINKS, STEPWISE, Row, Source, rows
+from relaxations.check.runs.run import (
+    ANCHORED,
+    BALANCES,
+    CONSTRAINT,
+    FACTORS,
+    FREE,
+    LINKS,
+    PRODUCT,
+    STEPWISE,
+    Row,
+    Source,
+    rows,
+)
 from relaxations.check.runs.statement import Stated
 from relaxations.deadline import Progress
 from smid.identification.inversion.contraction import NOTHING, Multipliers, contracted
@@ -67,6 +79,10 @@ def run_certificate(
         "boxes": [],
     }
     stated = read.document(content).stated
+    # The checker has further unknowns, such as where a clock begins.
+    places = [stated.unknowns.index(name) for name in cover.record.names]
+    content["products"] = [sorted((places[j], places[k])) for j, k in cover.record.products.pairs.tolist()]
+    stated = read.document(content).stated if content["products"] else stated
     work = stated.work.left
     narrowed = Steps(narrowing, stated, say)
     if "steps" in content and not narrowed.known.empty:
@@ -133,6 +149,8 @@ def _steps(content: Mapping[str, Any], cover: Cover) -> int:
 def _sources(stated: Stated, other: int = ANCHORED) -> list[Source]:
     """Return the constraints and samples of which the checker states something, in a free run and another one."""
     found: list[Source] = [(CONSTRAINT, 0, k, 0) for k in range(len(stated.constraints))]
+    for n, (j, k) in enumerate(stated.products):
+        found += [(PRODUCT, 0, n, which) for which in range(2 if j == k else len(FACTORS))]
     # Where measurements show all states of rates, balances say as much of wide boxes as an anchored run, in less time.
     shown = {m.signal: n for n, m in enumerate(stated.measured) if m.defined is not None and not m.within}
     balanced = stated.rates if stated.balanced else ()
@@ -167,7 +185,6 @@ class _Walk:
             for k, piece in enumerate(parts)
             for own, now, _ in piece.links.tolist()
         ]
-        # The checker has further unknowns, such as where a clock begins.
         self._places = [stated.unknowns.index(name) for name in cover.record.names]
         groups = cover.record.groups(np.ones(len(self._places), dtype=bool))
         self._groups = [Group(tuple(self._places[k] for k in group.unknowns), group.pieces) for group in groups]

@@ -23,7 +23,7 @@ from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import TINY
 from relaxations.deadline import check_time
 from smid.identification.inversion.contraction import Contraction, Program, contracted
-from smid.identification.inversion.frame import middle_and_half
+from smid.identification.inversion.frame import generic, middle_and_half
 from smid.identification.inversion.outermost import near
 from smid.identification.inversion.record import LINKS, STEPWISE, Group, Record
 
@@ -38,7 +38,6 @@ _WIDE = 0.25  # a hidden state is shaved above this share of what is known of it
 _SLICES = 8
 _GAIN = 0.5  # an end that smaller boxes would move by less, as a share of the tolerance, is sharp
 _ASPECT = 64.0  # no unknown that bends the runs is wider than another one, as a share of the first box, by more
-_GOLDEN = 0.6180339887
 _LINEAR = 0.1  # of what is known at a point: less is lost where an unknown is linear
 _NARROW = 1e-13  # an unknown is not halved below this share of its size
 
@@ -296,9 +295,7 @@ class Cover:
     def _bent(self) -> list[int]:
         """The unknowns that the runs are no linear functions of, where all others are known."""
         lower, upper = self.root.left
-        # No middle: at zero a product of two unknowns is linear in both.
-        place = np.modf(_GOLDEN * np.arange(1, len(lower) + 1))[0]
-        point = np.where(np.isfinite(upper - lower), lower + place * (upper - lower), lower)
+        point = generic(lower, upper)
         exact = self.record.knowledge(point, point)
         found = []
         for k in self._free:

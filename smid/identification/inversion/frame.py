@@ -25,6 +25,7 @@ from smid.models.structure import exogenous
 from smid.models.symbols import plain_symbols, references, signal, t
 
 _UP = 1 + 64 * EPSILON
+_GOLDEN = 0.6180339887
 
 
 def middle_and_half(lower: Array, upper: Array) -> tuple[Array, Array]:
@@ -33,6 +34,16 @@ def middle_and_half(lower: Array, upper: Array) -> tuple[Array, Array]:
     middle = 0.5 * np.where(known, lower, 0.0) + 0.5 * np.where(known, upper, 0.0)
     half = np.where(known, np.maximum(upper - middle, middle - lower) * (1 + 4 * EPSILON), 0.0)
     return middle, half + np.where(half > 0, TINY, 0.0)
+
+
+def generic(lower: Array, upper: Array) -> Array:
+    """Return a point of a box at which nothing vanishes by chance: at the middle, at zero, products often do.
+
+    An unknown without ends is at its lower one.
+    """
+    place = np.modf(_GOLDEN * np.arange(1, len(lower) + 1))[0]
+    point: Array = lower + place * np.where(np.isfinite(upper - lower), upper - lower, 0.0)
+    return point
 
 
 def static_curves(model: Model, signals: Mapping[str, Array]) -> Iterator[tuple[Index, Array]]:

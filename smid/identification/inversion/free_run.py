@@ -153,6 +153,7 @@ def enclose_run(
     bounded: Array,
     linked: Array,
     balances: Array,
+    products: Index,
 ) -> None:
     """Write the forms of all measured outputs over a box.
 
@@ -167,7 +168,7 @@ def enclose_run(
         output the place of its channel, and of its state (-1: not shown as it is); the form of each constraint; the
         signals and samples whose forms are linked.
     start
-        The forms of the unknowns, shape (unknowns, 4 + unknowns + shared + kept).
+        The forms of the unknowns, shape (unknowns, 4 + unknowns + products + shared + kept).
     data, noise
         Shapes (channels, n) and (channels,).
     kept
@@ -182,15 +183,17 @@ def enclose_run(
         Whether every state begins anew from its measurement. The kept symbols are those of the errors: of each
         measured output at each of ``depth + 1`` samples, which take their places in turn.
     outputs
-        Shape (measured outputs, n, 4 + unknowns + shared). Each form is zero where the model fits the sample. Where
-        stepwise, with the kept symbols and that of the sample's own error besides.
+        Shape (measured outputs, n, 4 + unknowns + products + shared). Each form is zero where the model fits the
+        sample. Where stepwise, with the kept symbols and that of the sample's own error besides.
     bounded
-        Shape (constraints, 4 + unknowns + shared).
+        Shape (constraints, 4 + unknowns + products + shared).
     linked
-        Shape (links, 4 + unknowns + shared).
+        Shape (links, 4 + unknowns + products + shared).
     balances
-        See :func:`.both_ends.mean_rates`, shape (integrated, n, 4 + unknowns + shared). Then states are taken
-        from measurements where both ends are known; with the shape (0, ...) they are integrated.
+        See :func:`.both_ends.mean_rates`, shape (integrated, n, 4 + unknowns + products + shared). Then states are
+        taken from measurements where both ends are known; with the shape (0, ...) they are integrated.
+    products
+        Columns of the products of unknowns, see :func:`multiply`. The operations of an integration keep none.
     """
     once, each, numbers, defined, remembered, first, rows, shared = tape
     initial, row_channels, row_signals, constraints, links = places
@@ -209,7 +212,7 @@ def enclose_run(
     flat = past.reshape(signals * (depth + 1), width)
     # What parameters alone decide.
     for k in range(once.shape[0]):
-        operate(once[k], numbers[k], k, forms, unknown, past, stage, data, noise, 0, defined_only)
+        operate(once[k], numbers[k], k, forms, unknown, past, stage, data, noise, 0, defined_only, products)
         for place in range(shared.shape[0]):
             if shared[place] == k:
                 _named(forms, k, shared_from + place)
@@ -280,7 +283,7 @@ def enclose_run(
                         interval_length,
                         substeps,
                     )
-            operate(each[k], numbers[to], to, forms, unknown, past, stage, data, noise, now, defined_only)
+            operate(each[k], numbers[to], to, forms, unknown, past, stage, data, noise, now, defined_only, products)
             while signal < signals and defined[signal] <= to:
                 own = defined[signal]
                 if now < first[signal]:

@@ -58,7 +58,7 @@ class Inverted:
                 f"inversion of the free run needs a box of every parameter. Give ends to {', '.join(loose)}, as in "
                 f"model.bound({loose[0]}=(-10, 10))"
             )
-        self.record = record = Record(model, data, bounds)
+        self.record = record = Record(model, data, bounds).with_products()
         self._narrowing = Narrowing.of(record, bounds)
         if self._narrowing is None and all(record.says_nothing(*ends) for ends in _points(record)):
             raise ModelError(_why_unknown(record))

@@ -85,6 +85,7 @@ def operate(
     noise: Array,
     now: int,
     defined_only: bool,
+    products: Index,
 ) -> None:
     """Write one form of the tape; nothing is known where it must be defined and may not be."""
     operation, a, b, c = entry[0], entry[1], entry[2], entry[3]
@@ -109,7 +110,7 @@ def operate(
     elif operation == _SUBTRACT:
         add(forms, to, a, b, -1.0)
     elif operation == _MULTIPLY:
-        multiply(forms, to, a, b)
+        multiply(forms, to, a, b, products)
     elif operation == _LARGER:
         larger(forms, to, a, b)
     elif operation == _SCALE:

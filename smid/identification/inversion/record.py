@@ -23,9 +23,10 @@ from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from smid.data import Dataset
 from smid.identification.inversion.bounded import with_bounds_measured
-from smid.identification.inversion.frame import Frame, middle_and_half, static_curves
+from smid.identification.inversion.frame import Frame, generic, middle_and_half, static_curves
 from smid.identification.inversion.free_run import enclose_run
 from smid.identification.inversion.pieces import Piece, Pieces
+from smid.identification.inversion.products import Products
 from smid.identification.inversion.tape import tape_of
 from smid.models import Model
 from smid.models.distribute import as_inverted
@@ -56,6 +57,7 @@ MOST_ERRORS = 500
 """Samples of a stepwise run. The programs of more cost more time than the boxes that they save."""
 
 _UNKNOWN = 1e12
+_NEAR = 1e-3  # of the first box
 _UP = 1 + 64 * EPSILON  # covers the sums below
 
 
@@ -212,6 +214,7 @@ class Record:
         self.frame: Frame | None = None
         samples = sum(piece.said.size for piece in self.cut.parts)
         self.stepwise = samples <= MOST_ERRORS and not (self.hidden or len(tape.integrated))
+        self.products = Products.none()
 
     def within(self, lower: Array, upper: Array) -> Record:
         """Return the record with more known of the unknowns beforehand."""
@@ -243,7 +246,7 @@ class Record:
                 np.concatenate([block.unknowns.ravel() for block in blocks]),
                 np.cumsum(counts),
             ),
-            shape=(len(ends), len(lower) + len(self.tape.shared) + self._errors),
+            shape=(len(ends), len(lower) + self._further + self._errors),
         )
         reach = np.asarray(abs(slopes).sum(axis=1))
         impossible = np.flatnonzero((ends[:, LOW] > 0) | (ends[:, HIGH] < 0))
@@ -330,6 +333,11 @@ class Record:
         return len(self.tape.parameters) + sum(int((piece.initial >= 0).sum()) for piece in self.cut.wholes)
 
     @property
+    def _further(self) -> int:
+        """The number of symbols for products, and for what operations on the parameters alone leave over."""
+        return len(self.products.pairs) + len(self.tape.shared)
+
+    @property
     def _errors(self) -> int:
         """The number of symbols for errors of measurements."""
         return sum(piece.said.size for piece in self.cut.parts) if self.stepwise else 0
@@ -348,7 +356,7 @@ class Record:
         which, now = found.places.T
         turns, own = np.divmod(np.arange((self.tape.depth + 1) * outputs), outputs)
         samples = np.maximum(now[:, None] - (now[:, None] - turns) % (self.tape.depth + 1), 0)
-        begin = len(lower) + len(self.tape.shared)
+        begin = len(lower) + self._further
         before = begin + sum(other.said.size for other in self.cut.parts[:place])
         unknowns = np.concatenate([piece.unknowns, np.arange(len(lower), begin)])
         columns = [
@@ -363,7 +371,7 @@ class Record:
         """Yield what a run states: of the outputs, of the start of the next piece, and once of the unknowns alone."""
         piece = self.cut.parts[place]
         found = self._run(piece, a, lower, upper)
-        unknowns = np.concatenate([piece.unknowns, len(lower) + np.arange(len(self.tape.shared))])
+        unknowns = np.concatenate([piece.unknowns, len(lower) + np.arange(self._further)])
         yield _Block.of(found.outputs, unknowns, a, place, found.places)
         forms = found.balances.reshape(-1, found.balances.shape[2])
         yield _Block.of(forms, unknowns, BALANCES, place, np.argwhere(np.ones(found.balances.shape[:2], dtype=bool)))
@@ -386,6 +394,8 @@ class Record:
             forms[:, LOW] = np.where(most < 0, 1.0, -np.inf)
             forms[:, HIGH] = np.inf
             yield _Block.of(forms, unknowns, CONSTRAINT, 0, _numbered(len(forms)))
+            forms, factors = self.products.between_factors
+            yield _Block(forms, factors, np.tile([PRIOR, 0, 0, 0], (len(forms), 1)))
             if self.frame is not None:
                 every = np.arange(len(lower))
                 forms = self._start(lower, upper, every, True)[:, : SLOPES + len(every)]
@@ -443,6 +453,7 @@ class Record:
             constraints,
             linked,
             balances,
+            self.products.columns,
         )
         return _Forms(outputs[piece.said], np.argwhere(piece.said), constraints, linked, balances)
 
@@ -473,10 +484,26 @@ class Record:
         other.frame = Frame.of(self.lower, self.upper, curves)
         return other
 
+    def with_products(self) -> Record:
+        """Return the record with symbols for the products of unknowns that runs have, if it is one run by equations."""
+        if len(self.cut.parts) > 1 or len(self.tape.integrated):
+            return self
+        other, count, (lower, upper) = copy(self), len(self.lower), self.box
+        other.products = every = Products.all(count)
+        seen = np.zeros(len(every.pairs), dtype=bool)
+        point, known = generic(lower, upper), np.isfinite(upper - lower)
+        half = np.where(known, _NEAR * (upper - lower), 0.0)
+        near = np.where(known, point - half, lower), np.where(known, point + half, upper)
+        for ends in (near, (lower, upper)):  # of a wide box, a run may have lost all slopes
+            slopes = other._run(self.cut.parts[0], 0, *ends).outputs[:, SLOPES + count :]
+            seen |= np.any(slopes[:, : len(seen)] != 0, axis=0)
+        other.products = Products.of(count, every.pairs[seen])
+        return other
+
     def _start(self, lower: Array, upper: Array, which: Index, framed: bool) -> Array:
         """Return the forms of some unknowns over a box, of the coordinates where it is framed."""
         count = len(which)
-        forms = np.zeros((count, SLOPES + count + len(self.tape.shared)))
+        forms = np.zeros((count, SLOPES + count + self._further))
         middle, half = middle_and_half(lower[which], upper[which])
         if self.frame is None or not framed:
             known = np.isfinite(upper[which] - lower[which])

@@ -9,6 +9,7 @@ import numpy as np
 from relaxations.algebra.affine_arithmetic import (
     HIGH,
     LOW,
+    NO_PRODUCTS,
     RADIUS,
     Function,
     add,
@@ -120,10 +121,10 @@ def evaluate(
             if (forms[a, LOW] == 0.0 and forms[a, HIGH] == 0.0) or (forms[b, LOW] == 0.0 and forms[b, HIGH] == 0.0):
                 interval(forms, to, 0.0, 0.0)
             else:
-                multiply(forms, to, a, b)
+                multiply(forms, to, a, b, NO_PRODUCTS)
                 jumps[to] = jumps[a] or jumps[b]
         else:
-            operate(inner[k], numbers[to], to, forms, start, past, stage, data, noise, now, defined_only)
+            operate(inner[k], numbers[to], to, forms, start, past, stage, data, noise, now, defined_only, NO_PRODUCTS)
             if operation in (_APPLY, _SCALE):
                 jumps[to] = jumps[a]
                 # Signs are often halved, and summed with halves: these sums are kept exact.
@@ -149,7 +150,7 @@ def times(w: Array, to: int, a: int, factor: float) -> None:
 @compiled
 def add_product(w: Array, to: int, a: int, b: int, factor: float, spare: int) -> None:
     """Add ``factor a b`` to a form."""
-    multiply(w, spare, a, b)
+    multiply(w, spare, a, b, NO_PRODUCTS)
     times(w, spare + 1, spare, factor)
     add(w, spare, to, spare + 1, 1.0)
     copy(w, to, w, spare)

@@ -13,7 +13,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 import sympy
 
-from relaxations.algebra.affine_arithmetic import HIGH, LOW, SLOPES, between, compiling
+from relaxations.algebra.affine_arithmetic import HIGH, LOW, NO_PRODUCTS, SLOPES, between, compiling
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.intervals import Intervals
 from smid.identification.inversion import operations, stages
@@ -106,7 +106,9 @@ def _alone(once: Index, numbers: Array, box: Array, forms: Array) -> None:
         if forms.shape[1] > SLOPES:
             start[k, SLOPES + k], start[k, 1] = start[k, 1], 0.0
     for k in range(once.shape[0]):
-        operate(once[k], numbers[k], k, forms, start, past, nothing, nothing, nothing[0:0].ravel(), 0, False)
+        operate(
+            once[k], numbers[k], k, forms, start, past, nothing, nothing, nothing[0:0].ravel(), 0, False, NO_PRODUCTS
+        )
 
 
 @compiled
@@ -130,7 +132,7 @@ def _over(
     for k in range(box.shape[0]):
         between(start, k, box[k, 0], box[k, 1])
     for k in range(base):
-        operate(once[k], numbers[k], k, forms, start, past, stage, data, noise, 0, False)
+        operate(once[k], numbers[k], k, forms, start, past, stage, data, noise, 0, False, NO_PRODUCTS)
     for b in range(states.shape[0]):
         for i in range(n):
             between(stage, i, states[b, i, 0], states[b, i, 1])

@@ -13,6 +13,7 @@ from relaxations.algebra.affine_arithmetic import (
     CENTRE,
     HIGH,
     LOW,
+    NO_PRODUCTS,
     RADIUS,
     SLOPES,
     Function,
@@ -106,6 +107,10 @@ def table():
     return np.zeros((3, SLOPES + COUNT))
 
 
+def product(forms, to, a, b):
+    multiply(forms, to, a, b, NO_PRODUCTS)
+
+
 ordinary = forms_of(1e100)
 
 
@@ -118,7 +123,7 @@ def test_sum_difference_product_larger_and_hull(left, right, at):
     assert holds(forms[2], x + y, at)
     add(forms, 2, 0, 1, -1.0)
     assert holds(forms[2], x - y, at)
-    multiply(forms, 2, 0, 1)
+    multiply(forms, 2, 0, 1, NO_PRODUCTS)
     assert holds(forms[2], x * y, at)
     larger(forms, 2, 0, 1)
     assert holds(forms[2], max(x, y), at)
@@ -134,12 +139,39 @@ def test_sum_difference_product_larger_and_hull(left, right, at):
 def test_a_form_with_itself(parts, at):
     forms = table()
     x = write(forms, 0, parts, at)
-    multiply(forms, 2, 0, 0)
+    multiply(forms, 2, 0, 0, NO_PRODUCTS)
     assert holds(forms[2], x * x, at)
     add(forms, 2, 0, 0, -1.0)
     assert holds(forms[2], Fraction(0), at)
     if np.isfinite(forms[0, RADIUS]):
         assert Fraction(spread(forms, 0)) >= abs(x - Fraction(forms[0, CENTRE]))
+
+
+@settings(max_examples=300, deadline=None, derandomize=True)
+@given(st.lists(forms_of(1e60), min_size=3, max_size=3), st.tuples(share, share), share)
+def test_products_of_symbols_are_kept(parts, factors, other):
+    """Two unknowns with all their products, and a symbol of something else: (e0 e1 + ...) e2, say."""
+    e, f = map(Fraction, factors)
+    at = (e, f, Fraction(other), e * f, 2 * e * e - 1, 2 * f * f - 1)
+    columns = np.array([[SLOPES + 4, SLOPES + 3], [-1, SLOPES + 5]])
+    forms, values = np.zeros((5, SLOPES + len(at))), []
+    for to, (centre, slopes, *rest) in enumerate(parts):
+        values.append(write(forms, to, (centre, (*slopes, 0.0, 0.0, 0.0), *rest), at))
+    multiply(forms, 3, 0, 1, columns)
+    assert holds(forms[3], values[0] * values[1], at)
+    multiply(forms, 4, 3, 2, columns)
+    assert holds(forms[4], values[0] * values[1] * values[2], at)
+
+
+def test_a_product_of_two_unknowns_leaves_rounding_alone():
+    columns = np.array([[SLOPES + 3, SLOPES + 2], [-1, SLOPES + 4]])
+    forms = np.zeros((3, SLOPES + 5))
+    forms[0] = [3.0, 0.0, 2.5, 3.5, 0.5, 0.0, 0.0, 0.0, 0.0]
+    forms[1] = [2.0, 0.0, 1.5, 2.5, 0.25, 0.25, 0.0, 0.0, 0.0]
+    multiply(forms, 2, 0, 1, columns)
+    # (3 + e/2) (2 + e/4 + f/4), where e e is half of the third symbol and 1.
+    np.testing.assert_allclose(forms[2, [CENTRE, *range(SLOPES, 9)]], [6.0625, 1.75, 0.75, 0.125, 0.0625, 0.0])
+    assert forms[2, RADIUS] < 1e-13
 
 
 @settings(max_examples=200, deadline=None, derandomize=True)
@@ -220,7 +252,7 @@ def test_a_function_at_the_edges_of_its_domain_and_of_the_floats(function):
                     assert forms[2, LOW] <= exact <= forms[2, HIGH], (low, high, point)
 
 
-@pytest.mark.parametrize("operation", [add, multiply, hull, larger])
+@pytest.mark.parametrize("operation", [add, product, hull, larger])
 def test_infinite_ends_give_no_number_that_is_none(operation):
     forms = table()
     ends = [(-math.inf, math.inf), (0.0, math.inf), (-math.inf, 0.0), (-math.inf, -1.0), (0.0, 0.0), (-1e308, 1e308)]

@@ -76,6 +76,7 @@ def test_extreme_arguments_have_true_ends() -> None:
 
 # ---------------------------------------------------------------- forms
 
+PRODUCTS = {(0, 0): 3, (0, 1): 4, (1, 1): 5}
 SHARES = st.fractions(-1, 1, max_denominator=64)
 UNARY = {
     "positive": lambda x: max(x, DIGITS.mpf(0)),
@@ -133,6 +134,11 @@ def test_forms_hold_at_points(found) -> None:
     holds(affine.negative(a), shares, -x)
     holds(affine.multiply(a, b), shares, x * y / UNIT)
     holds(affine.multiply(a, a), shares, x * x / UNIT)
+    e, f, _ = shares
+    further = (*shares, 2 * e * e - 1, e * f, 2 * f * f - 1)
+    product = affine.multiply(a, b, PRODUCTS)
+    holds(product, further, x * y / UNIT)
+    holds(affine.multiply(product, a, PRODUCTS), further, x * y * x / UNIT**2)
     for value in (x, y):
         holds(affine.hull(a, b), shares, value)
     for name, function in UNARY.items():

@@ -19,7 +19,7 @@ from relaxations.check import Refused, Unreadable, main, read, runs
 from relaxations.check.runs import read as read_run
 from relaxations.check.runs.fixed import ONE
 from relaxations.check.runs.proof import hull
-from relaxations.check.runs.run import ANCHORED, FREE, STEPWISE, rows
+from relaxations.check.runs.run import ANCHORED, FACTORS, FREE, PRODUCT, STEPWISE, rows
 from relaxations.check.runs.text import parsed
 from tests.relaxations.check.any_boxes import any_boxes
 
@@ -92,6 +92,10 @@ NOT_A_CERTIFICATE = {
     "a piece beyond the record": changed("pieces", to=[[0, 0, 3]]),
     "a piece that ends before it begins": changed("pieces", to=[[0, 2, 1]]),
     "a piece that begins before the record": changed("pieces", to=[[0, -1, 2]]),
+    "a product of another unknown": changed("products", to=[[0, 1]]),
+    "a product of three": changed("products", to=[[0, 0, 0]]),
+    "a product stated twice": changed("products", to=[[0, 0], [0, 0]]),
+    "a row of a product that is not stated": changed(*PASS, "rows", to=[[-2, 0, 0, 0]]),
     "a row of a constraint": changed(*PASS, "rows", to=[[-1, 0, 0, 0]]),
     "another unknown": changed(*PASS, "sides", 0, 0, to=1),
     "an unknown from the end": changed(*PASS, "sides", 0, 0, to=-1),
@@ -270,6 +274,10 @@ def files(draw):
     noise = rng.uniform(-0.049, 0.049, 9).tolist()
     measured = [x + n for x, n in zip(states, noise, strict=True)]
     row = st.tuples(st.sampled_from(RUNS), st.just(0), st.just(0), st.integers(0, 8))
+    products = draw(st.sampled_from([[], [[0, 1]], [[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2]]]))
+    if products:
+        factors = st.tuples(st.just(PRODUCT), st.just(0), st.integers(0, len(products) - 1), st.integers(0, 3))
+        row = st.one_of(row, factors)
     model = {
         "name": "m",
         "parameters": {"a": ["1/10", 1], "b": ["1/10", 1]},
@@ -284,6 +292,7 @@ def files(draw):
         "first": {"x": 1},
         "experiments": [{"name": "run", "samples": 9, "channels": channels}],
         "boxes": draw(any_boxes(row)),
+        "products": products,
         "claim": None,
     }
     return {**DOUBLE, **parts}, (*true, 0.7), states
@@ -314,18 +323,29 @@ def test_every_row_holds_at_the_truth_and_its_errors(found, share) -> None:
         for x, (low, high) in zip(exact, stated.box, strict=True)
     ]
     shown = [(own.low, own.high) for own in stated.pieces[0].shown[0]]
-    errors = len(box) + len(stated.tape.shared)
-    known = rows(stated, box, [(run, 0, 0, now) for run in RUNS for now in range(9)])
+    products = {own: pair for pair, own in stated.products.items()}
+    errors = len(box) + len(products) + len(stated.tape.shared)
+    sources = [(run, 0, 0, now) for run in RUNS for now in range(9)]
+    sources += [(PRODUCT, 0, n, which) for n in range(len(products)) for which in range(len(FACTORS))]
+    known = rows(stated, box, sources)
     assert any(k >= errors for row in known.values() if row for k in row.slopes)
+
+    def symbol(k: int) -> Fraction:
+        """Return what a symbol is at the truth."""
+        if k in products:
+            one, other = map(symbol, products[k])
+            return 2 * one * one - 1 if products[k][0] == products[k][1] else one * other
+        (low, high), value = (box[k], exact[k]) if k < errors else (shown[k - errors], states[k - errors] * ONE)
+        return (2 * Fraction(value) - low - high) / (high - low)
+
     for row in filter(None, known.values()):
         assert not row.impossible
         total, left = Fraction(0), 0  # of what operations on parameters leave over nothing is known here
         for k, slope in row.slopes.items():
-            if len(box) <= k < errors:
+            if len(box) + len(products) <= k < errors:
                 left += abs(slope)
-                continue
-            (low, high), value = (box[k], exact[k]) if k < errors else (shown[k - errors], states[k - errors] * ONE)
-            total += slope * (2 * Fraction(value) - low - high) / (high - low)
+            else:
+                total += slope * symbol(k)
         rounding = ONE * Fraction(1, 10**12)  # of the simulation
         assert row.low - left - rounding <= total <= row.high + left + rounding
 
