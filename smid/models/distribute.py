@@ -57,15 +57,22 @@ def distributed(model: Model) -> Model:
 
 
 def _gathered(expression: sympy.Expr) -> sympy.Expr:
-    """Return an expression in which each sign multiplies the sum of what it has as a factor without parameters."""
+    """Return an expression in which each sign multiplies the sum of what it has as a factor.
+
+    A bracket stays where a parameter multiplies the sign, too.
+    """
     for sign in sorted(expression.atoms(sympy.sign), key=str):
-        brackets = sympy.Add.make_args(expression)
-        written_out = (sympy.expand_mul(term, deep=False) if term.has(sign) else term for term in brackets)
-        terms = [term for part in written_out for term in sympy.Add.make_args(part)]
-        signed = [term for term in terms if term.has(sign) and not _scaled(term)]
-        shares = [term / sign for term in signed]
+        others, shares = list[sympy.Expr](), list[sympy.Expr]()
+        for bracket in sympy.Add.make_args(expression):
+            terms = sympy.Add.make_args(sympy.expand_mul(bracket, deep=False))
+            signed = [term for term in terms if term.has(sign)]
+            if any(map(_scaled, signed)):
+                others.append(bracket)
+            else:
+                shares += [term / sign for term in signed]
+                others += [term for term in terms if not term.has(sign)]
         if len(shares) > 1 and not any(share.has(sign) for share in shares):
-            expression = sympy.Add(*(term for term in terms if term not in signed), sign * sympy.Add(*shares))
+            expression = sympy.Add(*others, sign * sympy.Add(*shares))
     return expression
 
 

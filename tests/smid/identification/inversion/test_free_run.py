@@ -136,3 +136,16 @@ def test_the_point_of_a_hysteresis_is_verified(moving):
     data = Dataset.from_arrays(input={"u": inputs}, output={"y": clean}, sampling_time=1.0)
     record = Record(model.bound(x=(-9, 9), v=(-1, 1)), data, {"y": 1e-6}, whole=True)
     assert record.fits(np.array([*truth.values(), *(begin[name.split("[")[0]] for name in record.names[2:])]))
+
+
+def test_a_valve_that_sticks_stays_where_it_is():
+    """The sign of a pull near zero is not known; but only a valve that slips is pulled back by its friction."""
+    pull = v[t - 1] + u[t] - u[t - 1]
+    slips = (1 + sympy.sign(sympy.Abs(pull) - a - b)) / 2
+    lines = Line(v[t], pull + slips * (b * sympy.sign(pull) - pull)), Line(signal("w")[t], u[t] - v[t])
+    model = Model("valve", (Parameter("a", 0.2, 1), Parameter("b", 0.1, 1)), lines, (Measurement("y", "w", "eta"),))
+    inputs = np.repeat([0.0, 0.05, -0.02], 20)
+    data = Dataset.from_arrays(input={"u": inputs}, output={"y": np.zeros(60)}, sampling_time=1.0)
+    record = Record(model.bound(v=(-1e-9, 1e-9)), data, {"y": 1e-6}, whole=True)
+    found = record._run(record.cut.parts[0], 0, record.lower, record.upper)
+    assert found.outputs[:, RADIUS].max() < 1e-5
