@@ -7,7 +7,7 @@ model where these parameters have their null values. The search fits the extensi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import product
@@ -114,7 +114,7 @@ class Extension:
     """
 
     model: Model
-    starts: tuple[Mapping[str, float], ...]
+    starts: Sequence[Mapping[str, float]]
     label: str = ""
     inside: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     describe: Describe | None = None

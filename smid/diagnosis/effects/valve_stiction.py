@@ -19,15 +19,15 @@ from collections.abc import Iterator, Mapping
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.parts.grid import best_of
+from smid.diagnosis.effects.parts.grid import GridStarts
 from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity, signal_of
 from smid.models import Model, signal, t
 
 __all__ = ["EFFECT"]
 
 _STARTS = 3
-_JUMPS = tuple(0.55 / 1.07**k for k in range(70))  # shares of the span, which is far larger where the input drifts
-_SLIDING = tuple(0.45 / 1.12**k for k in range(44))
+_JUMPS = tuple(0.55 / 1.145**k for k in range(36))  # shares of the span, which is far larger where the input drifts
+_SLIDING = tuple(0.45 / 1.25**k for k in range(22))
 
 
 def extend(model: Model, site: Site) -> Iterator[Extension]:
@@ -46,7 +46,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     # Added after the insertion, the pull reads the command.
     extended = moved.with_line(name, pull + slips * (sliding.symbol * sympy.sign(pull) - pull))
     axes = {jump.name: [k * span for k in _JUMPS], sliding.name: [k * span for k in _SLIDING]}
-    yield Extension(extended, best_of(extended, site, axes, name, _STARTS))
+    yield Extension(extended, GridStarts(extended, site, axes, name, _STARTS))
 
 
 def describe(values: Mapping[str, float], site: Site) -> str:

@@ -6,14 +6,17 @@ after the best sum of the simulated output, of what lags of several poles make o
 pole that the base model has wrong without the effect does not decide. About the best points the grid is made finer. The
 base model is then fitted at each point that is returned. Where the best point promises no more than the best of as many
 does by chance, it is returned as it is.
+
+All this is done when the starts are first asked for: an effect that is fitted again from known values needs none.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from itertools import product
+from typing import overload
 
 import numpy as np
 from scipy.signal import lfilter
@@ -24,10 +27,10 @@ from smid.fitting.fit import Fitting, one_step_ahead
 from smid.models import Model, Parameter
 from smid.models.simulate import simulate
 
-__all__ = ["best_of"]
+__all__ = ["GridStarts"]
 
 _POLES = (0.6, 0.8, 0.9, 0.95, 0.98)
-_BEAM, _ROUNDS = 24, 4
+_BEAM, _ROUNDS = 12, 5
 _EVALUATIONS = 30
 _BEGINNINGS = (-0.8, -0.4, 0.0, 0.4, 0.8)
 _APART = 0.2  # in the logarithm of a parameter: nearer points are one start
@@ -35,10 +38,12 @@ _TOGETHER = 64  # points that are simulated at once
 _RIDGE = 1e-9  # of the lags' power: neighbouring poles give nearly the same
 
 
-def best_of(
-    model: Model, site: Site, axes: Mapping[str, Sequence[float]], memory: str, count: int
-) -> tuple[Mapping[str, float], ...]:
-    """Return different points at which the model is nearest to the output, each with values of its base; best first.
+Start = Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class GridStarts(Sequence[Start]):
+    """Different points at which a model is nearest to the output, each with values of its base; best first.
 
     A model without values is not fitted, and the points are spread over the grid.
 
@@ -48,7 +53,34 @@ def best_of(
         Per parameter its levels, largest first, each the same share of the one before.
     memory
         A signal that begins anywhere up to the sum of the parameters, of either sign.
+    count
+        How many points.
     """
+
+    model: Model
+    site: Site
+    axes: Mapping[str, Sequence[float]]
+    memory: str
+    count: int
+
+    @cached_property
+    def _points(self) -> tuple[Start, ...]:
+        return _best_of(self.model, self.site, self.axes, self.memory, self.count)
+
+    @overload
+    def __getitem__(self, which: int) -> Start: ...
+    @overload
+    def __getitem__(self, which: slice) -> tuple[Start, ...]: ...
+    def __getitem__(self, which: int | slice) -> Start | tuple[Start, ...]:
+        return self._points[which]
+
+    def __len__(self) -> int:
+        return len(self._points)
+
+
+def _best_of(
+    model: Model, site: Site, axes: Mapping[str, Sequence[float]], memory: str, count: int
+) -> tuple[Start, ...]:
     points = np.array(list(product(*axes.values())))
     free = {p.name for p in model.parameters if p.lower < p.upper}
     if not free <= set(model.values) | set(axes):
@@ -74,11 +106,11 @@ def best_of(
     return tuple(_adapted(model, site, point) for point in _named(axes, np.array(chosen)))
 
 
-def _named(axes: Mapping[str, Sequence[float]], points: Array) -> tuple[Mapping[str, float], ...]:
+def _named(axes: Mapping[str, Sequence[float]], points: Array) -> tuple[Start, ...]:
     return tuple(dict(zip(axes, point, strict=True)) for point in points.tolist())
 
 
-def _adapted(model: Model, site: Site, point: Mapping[str, float]) -> Mapping[str, float]:
+def _adapted(model: Model, site: Site, point: Start) -> Start:
     """Return a point with the values of the base model that fit it, from its own and from a fit one step ahead."""
     used = [np.ones(run.n_samples, bool) for run in site.data.experiments]
     held = {p.name: Parameter(p.name, point[p.name], point[p.name]) for p in model.parameters if p.name in point}
