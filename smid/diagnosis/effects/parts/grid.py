@@ -53,19 +53,19 @@ class GridStarts(Sequence[Start]):
         Per parameter its levels, largest first, each the same share of the one before.
     memory
         A signal that begins anywhere up to the sum of the parameters, of either sign.
-    count
-        How many points.
+    most
+        How many points at most.
     """
 
     model: Model
     site: Site
     axes: Mapping[str, Sequence[float]]
     memory: str
-    count: int
+    most: int
 
     @cached_property
     def _points(self) -> tuple[Start, ...]:
-        return _best_of(self.model, self.site, self.axes, self.memory, self.count)
+        return _best_of(self.model, self.site, self.axes, self.memory, self.most)
 
     @overload
     def __getitem__(self, which: int) -> Start: ...
