@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from relaxations.algebra.affine_arithmetic import compiling
 from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.compiled import compiling
 from relaxations.algebra.polynomial import Polynomials
 from relaxations.deadline import check_time, remaining
 from relaxations.points.linear_program import INFEASIBLE, minimum

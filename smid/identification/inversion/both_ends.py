@@ -20,20 +20,10 @@ import math
 
 import numpy as np
 
-from relaxations.algebra.affine_arithmetic import (
-    HIGH,
-    LOW,
-    NO_PRODUCTS,
-    Function,
-    add,
-    apply,
-    between,
-    compiling,
-    copy,
-    multiply,
-    nothing_known,
-)
+from relaxations.algebra.affine_arithmetic import HIGH, LOW, NO_PRODUCTS, add, between, copy, multiply, nothing_known
+from relaxations.algebra.affine_functions import Function, apply
 from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.compiled import compiling
 from smid.identification.inversion import operations, stages, step_box
 from smid.identification.inversion import phi as functions
 from smid.identification.inversion.phi import phi_of

@@ -42,7 +42,8 @@ from smid.identification.inversion.cover import Box, Cover
 from smid.identification.inversion.frame import middle_and_half
 from smid.identification.inversion.narrowed import Steps, outwards
 from smid.identification.inversion.narrowing import Narrowing
-from smid.identification.inversion.record import KEPT, Group, Record, Rows
+from smid.identification.inversion.record import KEPT, Group, Record
+from smid.identification.inversion.rows import Rows
 from smid.verification.origin import plain_statement, samples_as_text
 
 _DIGITS = 40  # bits of the largest multiplier of an end; the bound is true whatever is left out

@@ -24,9 +24,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relaxations.algebra.affine_arithmetic import compiling
 from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.ball_arithmetic import EPSILON
+from relaxations.algebra.compiled import compiling
 from relaxations.algebra.intervals import Intervals
 from smid.identification.inversion.terms import Terms
 

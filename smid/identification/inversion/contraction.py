@@ -21,12 +21,13 @@ import highspy
 import numpy as np
 from scipy import sparse
 
-from relaxations.algebra.affine_arithmetic import compiled
 from relaxations.algebra.arrays import Array, Index
 from relaxations.algebra.ball_arithmetic import EPSILON
+from relaxations.algebra.compiled import compiled
 from relaxations.points.linear_program import prepared
 from smid.identification.inversion.frame import middle_and_half
-from smid.identification.inversion.record import Group, Rows
+from smid.identification.inversion.record import Group
+from smid.identification.inversion.rows import Rows
 
 NOTHING = -1
 """In place of an unknown: the multipliers prove that the box is empty."""

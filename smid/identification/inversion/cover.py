@@ -25,7 +25,8 @@ from relaxations.deadline import check_time
 from smid.identification.inversion.contraction import Contraction, Program, contracted
 from smid.identification.inversion.frame import generic, middle_and_half
 from smid.identification.inversion.outermost import near
-from smid.identification.inversion.record import LINKS, STEPWISE, Group, Record
+from smid.identification.inversion.record import Group, Record
+from smid.identification.inversion.rows import LINKS, STEPWISE
 
 HEAVIEST = 5
 """Samples that are said to carry a proof."""

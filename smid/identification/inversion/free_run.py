@@ -31,7 +31,6 @@ from relaxations.algebra.affine_arithmetic import (
     RADIUS,
     SLOPES,
     between,
-    compiling,
     copy,
     interval,
     nothing_known,
@@ -39,6 +38,7 @@ from relaxations.algebra.affine_arithmetic import (
 )
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON
+from relaxations.algebra.compiled import compiling
 from smid.identification.inversion import both_ends, integration, operations, phi, stages, step_box
 from smid.identification.inversion.both_ends import mean_rates
 from smid.identification.inversion.integration import integrate

@@ -39,7 +39,7 @@ from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from relaxations.algebra.intervals import Intervals
 from smid.identification.inversion.comparison import States
 from smid.identification.inversion.frame import middle_and_half
-from smid.identification.inversion.record import Rows
+from smid.identification.inversion.rows import Rows
 from smid.identification.inversion.terms import Term, Terms
 
 __all__ = ["CHANGE", "Integrals"]

@@ -38,18 +38,10 @@ import math
 
 import numpy as np
 
-from relaxations.algebra.affine_arithmetic import (
-    HIGH,
-    LOW,
-    RADIUS,
-    add,
-    between,
-    compiling,
-    copy,
-    nothing_known,
-)
+from relaxations.algebra.affine_arithmetic import HIGH, LOW, RADIUS, add, between, copy, nothing_known
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON
+from relaxations.algebra.compiled import compiling
 from smid.identification.inversion import operations, stages, step_box
 from smid.identification.inversion import phi as functions
 from smid.identification.inversion.phi import phi_of

@@ -27,7 +27,8 @@ from smid.identification.inversion.comparison import Comparison, States
 from smid.identification.inversion.contraction import Contraction, contracted
 from smid.identification.inversion.frame import middle_and_half
 from smid.identification.inversion.integrals import Integrals
-from smid.identification.inversion.record import Group, Record, Rows
+from smid.identification.inversion.record import Group, Record
+from smid.identification.inversion.rows import Rows
 from smid.identification.inversion.terms import Program, Terms
 
 __all__ = ["SLICES", "TRIES", "Narrowed", "Narrowing"]

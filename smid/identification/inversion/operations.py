@@ -5,22 +5,10 @@ from __future__ import annotations
 import math
 from enum import IntEnum
 
-from relaxations.algebra.affine_arithmetic import (
-    HIGH,
-    LOW,
-    Function,
-    add,
-    apply,
-    compiled,
-    copy,
-    hull,
-    interval,
-    larger,
-    linear,
-    multiply,
-    nothing_known,
-)
+from relaxations.algebra.affine_arithmetic import HIGH, LOW, add, copy, hull, interval, linear, multiply, nothing_known
+from relaxations.algebra.affine_functions import Function, apply, larger
 from relaxations.algebra.arrays import Array, Index
+from relaxations.algebra.compiled import compiled
 from smid.identification.inversion.phi import phi_of
 
 

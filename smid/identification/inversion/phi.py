@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
-from relaxations.algebra.affine_arithmetic import HIGH, LOW, between, compiled, linear, nothing_known
+from relaxations.algebra.affine_arithmetic import HIGH, LOW, between, linear, nothing_known
 from relaxations.algebra.arrays import Array
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
+from relaxations.algebra.compiled import compiled
 
 UP = 1.0 + 128.0 * EPSILON
 r"""Covers the rounding of a few products, and of \phi."""

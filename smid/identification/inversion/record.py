@@ -11,7 +11,7 @@ that the run of a piece ends where the next one begins.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -27,6 +27,7 @@ from smid.identification.inversion.frame import Frame, generic, middle_and_half,
 from smid.identification.inversion.free_run import enclose_run
 from smid.identification.inversion.pieces import Piece, Pieces
 from smid.identification.inversion.products import Products
+from smid.identification.inversion.rows import ANCHORS, BALANCES, CONSTRAINT, LINKS, PRIOR, STEPWISE, Block, Rows
 from smid.identification.inversion.tape import tape_of
 from smid.models import Model
 from smid.models.distribute import as_inverted
@@ -35,23 +36,8 @@ from smid.models.running import at_sampling_time
 KEPT = 40
 """Symbols for what operations leave over, see :mod:`.free_run`."""
 
-ANCHORS = (np.inf, 1.0)
-"""A run that keeps all dependence, and one that is bounded by the measurements; a row may come from either."""
-
-CONSTRAINT, PRIOR = -1, -2
-"""In place of an anchor: the row is a constraint of the model, or the box of an unknown."""
-
 LENGTH = 10
 """Samples of a piece, if states are hidden. Longer ones say more over small boxes, shorter ones over large boxes."""
-
-LINKS = len(ANCHORS)
-"""Added to an anchor: the row says that a piece ends where the next one begins."""
-
-BALANCES = 2 * LINKS
-"""In place of an anchor: the row compares a rate with what is known at both ends of an interval."""
-
-STEPWISE = BALANCES + 1
-"""In place of an anchor: the run begins anew from the measurements at each sample, and each error has a symbol."""
 
 MOST_ERRORS = 500
 """Samples of a stepwise run. The programs of more cost more time than the boxes that they save."""
@@ -59,53 +45,6 @@ MOST_ERRORS = 500
 _UNKNOWN = 1e12
 _NEAR = 1e-3  # of the first box
 _UP = 1 + 64 * EPSILON  # covers the sums below
-
-
-@dataclass(frozen=True, eq=False)
-class Rows:
-    """``|centre + slopes @ e| <= radius`` for unknowns ``middle + half * e`` with e in [-1, 1].
-
-    Further symbols follow those of the unknowns: what operations on the parameters alone leave over, and the errors of
-    the measurements, as shares of their noise bounds.
-
-    Parameters
-    ----------
-    centre, radius
-        Shape (n,).
-    slopes
-        Shape (n, symbols).
-    sources
-        Shape (n, 4). Place of the anchor, piece, measured output, sample of the piece; `LINKS` more than the anchor,
-        piece, signal, sample; `BALANCES`, piece, integrated state, sample; `STEPWISE`, piece, measured output, sample;
-        or `CONSTRAINT` or `PRIOR`, 0, which, 0.
-    impossible
-        A row that no unknowns of the box keep; -1: none.
-    """
-
-    centre: Array
-    radius: Array
-    slopes: sparse.csr_array
-    sources: Index
-    impossible: int
-
-    @staticmethod
-    def of(slopes: sparse.csr_array, centre: Array, radius: Array, sources: Index | None = None) -> Rows:
-        """Return rows that are possible, by default without a place in a certificate."""
-        nowhere = np.zeros((len(centre), 4), dtype=np.int64)
-        return Rows(centre, radius, slopes, nowhere if sources is None else sources, -1)
-
-    @staticmethod
-    def joined(parts: Sequence[Rows]) -> Rows:
-        """Return the rows of all parts."""
-        slopes = sparse.csr_array(sparse.vstack([part.slopes for part in parts]))
-        centre, radius, sources = (
-            np.concatenate([getattr(part, name) for part in parts]) for name in ("centre", "radius", "sources")
-        )
-        return Rows(centre, radius, slopes, sources, -1)
-
-    def where(self, kept: Mask | Index) -> Rows:
-        """Return some of the rows."""
-        return Rows(self.centre[kept], self.radius[kept], self.slopes[kept], self.sources[kept], -1)
 
 
 @dataclass(frozen=True)
@@ -125,21 +64,6 @@ class _Forms:
     constraints: Array
     linked: Array
     balances: Array
-
-
-@dataclass(frozen=True, eq=False)
-class _Block:
-    """Forms that are zero somewhere in their enclosure, the unknowns that their slopes are of, and their sources."""
-
-    forms: Array
-    unknowns: Index
-    sources: Index
-
-    @staticmethod
-    def of(forms: Array, unknowns: Index, anchor: int, piece: int, places: Index) -> _Block:
-        count = len(forms)
-        sources = np.column_stack([np.full(count, anchor), np.full(count, piece), places])
-        return _Block(forms, np.broadcast_to(unknowns, (count, len(unknowns))), sources)
 
 
 class Record:
@@ -342,13 +266,13 @@ class Record:
         """The number of symbols for errors of measurements."""
         return sum(piece.said.size for piece in self.cut.parts) if self.stepwise else 0
 
-    def _blocks(self, lower: Array, upper: Array, only: int | None) -> list[_Block]:
+    def _blocks(self, lower: Array, upper: Array, only: int | None) -> list[Block]:
         places = range(len(self.cut.parts)) if only is None else (only,)
         runs = ((place, a) for a in range(1 if self.stepwise else len(ANCHORS)) for place in places)
         blocks = [block for place, a in runs for block in self._said(place, a, lower, upper)]
         return [*blocks, *(self._steps(place, lower, upper) for place in places if self.stepwise)]
 
-    def _steps(self, place: int, lower: Array, upper: Array) -> _Block:
+    def _steps(self, place: int, lower: Array, upper: Array) -> Block:
         """Return what a stepwise run states of the outputs."""
         piece = self.cut.parts[place]
         found, (outputs, n) = self._run(piece, STEPWISE, lower, upper), piece.said.shape
@@ -365,16 +289,16 @@ class Record:
             before + which * n + now,
         ]
         sources = np.column_stack([np.full_like(which, STEPWISE), np.full_like(which, place), which, now])
-        return _Block(found.outputs, np.column_stack(columns), sources)
+        return Block(found.outputs, np.column_stack(columns), sources)
 
-    def _said(self, place: int, a: int, lower: Array, upper: Array) -> Iterator[_Block]:
+    def _said(self, place: int, a: int, lower: Array, upper: Array) -> Iterator[Block]:
         """Yield what a run states: of the outputs, of the start of the next piece, and once of the unknowns alone."""
         piece = self.cut.parts[place]
         found = self._run(piece, a, lower, upper)
         unknowns = np.concatenate([piece.unknowns, len(lower) + np.arange(self._further)])
-        yield _Block.of(found.outputs, unknowns, a, place, found.places)
+        yield Block.of(found.outputs, unknowns, a, place, found.places)
         forms = found.balances.reshape(-1, found.balances.shape[2])
-        yield _Block.of(forms, unknowns, BALANCES, place, np.argwhere(np.ones(found.balances.shape[:2], dtype=bool)))
+        yield Block.of(forms, unknowns, BALANCES, place, np.argwhere(np.ones(found.balances.shape[:2], dtype=bool)))
         if len(piece.links):
             # What the run gives, less what the next piece begins with.
             there = piece.links[:, 2]
@@ -384,7 +308,7 @@ class Record:
             forms[:, LOW] = np.nextafter(forms[:, LOW] - begins[:, HIGH], -np.inf)
             forms[:, HIGH] = np.nextafter(forms[:, HIGH] - begins[:, LOW], np.inf)
             forms = np.column_stack([forms, -begins[:, SLOPES : SLOPES + len(there)]])
-            yield _Block.of(forms, np.concatenate([unknowns, there]), LINKS + a, place, piece.links[:, :2])
+            yield Block.of(forms, np.concatenate([unknowns, there]), LINKS + a, place, piece.links[:, :2])
         if a == place == 0:
             # A form that is not negative, and at most its own largest value, is within half of that of its half.
             forms = found.constraints.copy()
@@ -393,9 +317,9 @@ class Record:
             forms[:, RADIUS] = (forms[:, RADIUS] + 0.5 * np.abs(most)) * _UP + EPSILON * np.abs(forms[:, CENTRE])
             forms[:, LOW] = np.where(most < 0, 1.0, -np.inf)
             forms[:, HIGH] = np.inf
-            yield _Block.of(forms, unknowns, CONSTRAINT, 0, _numbered(len(forms)))
+            yield Block.of(forms, unknowns, CONSTRAINT, 0, _numbered(len(forms)))
             forms, factors = self.products.between_factors
-            yield _Block(forms, factors, np.tile([PRIOR, 0, 0, 0], (len(forms), 1)))
+            yield Block(forms, factors, np.tile([PRIOR, 0, 0, 0], (len(forms), 1)))
             if self.frame is not None:
                 every = np.arange(len(lower))
                 forms = self._start(lower, upper, every, True)[:, : SLOPES + len(every)]
@@ -404,7 +328,7 @@ class Record:
                 size = np.abs(forms[:, CENTRE]) + np.abs(middle)
                 forms[:, RADIUS] = (forms[:, RADIUS] + half + EPSILON * size) * _UP
                 forms[:, LOW], forms[:, HIGH] = -np.inf, np.inf
-                yield _Block.of(forms, every, PRIOR, 0, _numbered(len(forms)))
+                yield Block.of(forms, every, PRIOR, 0, _numbered(len(forms)))
 
     def _run(self, piece: Piece, a: int, lower: Array, upper: Array, shift: float = 0.0) -> _Forms:
         """Return the forms over a box; with a shift, for outputs that are exact and so many noise bounds larger."""

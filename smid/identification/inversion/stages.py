@@ -11,10 +11,8 @@ from relaxations.algebra.affine_arithmetic import (
     LOW,
     NO_PRODUCTS,
     RADIUS,
-    Function,
     add,
     between,
-    compiling,
     copy,
     hull,
     interval,
@@ -22,8 +20,10 @@ from relaxations.algebra.affine_arithmetic import (
     multiply,
     nothing_known,
 )
+from relaxations.algebra.affine_functions import Function
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON
+from relaxations.algebra.compiled import compiling
 from smid.identification.inversion import operations
 from smid.identification.inversion.operations import Operation, may_be_undefined, operate
 

@@ -10,9 +10,10 @@ import math
 
 import numpy as np
 
-from relaxations.algebra.affine_arithmetic import HIGH, LOW, compiling, copy, linear
+from relaxations.algebra.affine_arithmetic import HIGH, LOW, copy, linear
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
+from relaxations.algebra.compiled import compiling
 from smid.identification.inversion import operations, stages
 from smid.identification.inversion import phi as functions
 from smid.identification.inversion.phi import STEEPEST, UP, phi

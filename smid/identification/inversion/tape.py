@@ -14,7 +14,7 @@ import numpy as np
 import sympy
 from sympy.core.relational import Relational
 
-from relaxations.algebra.affine_arithmetic import Function
+from relaxations.algebra.affine_functions import Function
 from relaxations.algebra.arrays import Array, Index, Mask
 from relaxations.algebra.ball_arithmetic import EPSILON, TINY
 from smid.identification.inversion.operations import Operation

@@ -13,8 +13,9 @@ from itertools import combinations_with_replacement
 import numpy as np
 import sympy
 
-from relaxations.algebra.affine_arithmetic import HIGH, LOW, NO_PRODUCTS, SLOPES, between, compiling
+from relaxations.algebra.affine_arithmetic import HIGH, LOW, NO_PRODUCTS, SLOPES, between
 from relaxations.algebra.arrays import Array, Index, Mask
+from relaxations.algebra.compiled import compiling
 from relaxations.algebra.intervals import Intervals
 from smid.identification.inversion import operations, stages
 from smid.identification.inversion.operations import operate

@@ -16,19 +16,17 @@ from relaxations.algebra.affine_arithmetic import (
     NO_PRODUCTS,
     RADIUS,
     SLOPES,
-    Function,
     add,
-    apply,
     between,
     copy,
     hull,
     interval,
-    larger,
     linear,
     multiply,
     nothing_known,
     spread,
 )
+from relaxations.algebra.affine_functions import Function, apply, larger
 
 COUNT = 3
 DIGITS = 80

@@ -10,7 +10,8 @@ import relaxations
 
 CALLER = """
 import numpy as np
-from relaxations.algebra.affine_arithmetic import compiled, spread
+from relaxations.algebra.affine_arithmetic import spread
+from relaxations.algebra.compiled import compiled
 
 @compiled
 def twice(forms):

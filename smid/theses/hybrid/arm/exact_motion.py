@@ -29,8 +29,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from relaxations.algebra.affine_arithmetic import compiling
 from relaxations.algebra.arrays import Array
+from relaxations.algebra.compiled import compiling
 from smid.models import ModelError
 from smid.models.errors import refuse_unknown
 from smid.models.rotating_arm import DRAG, FRICTION, MOTOR

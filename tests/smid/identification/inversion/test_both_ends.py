@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from smid import Dataset, OwnModel
-from smid.identification.inversion.record import BALANCES, Record
+from smid.identification.inversion.record import Record
+from smid.identification.inversion.rows import BALANCES
 from smid.models import Reactor
 from smid.signals import qprs
 from smid.theses.hybrid import Mismatch, simulate_reactor

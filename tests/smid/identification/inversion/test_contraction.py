@@ -6,7 +6,8 @@ from scipy import sparse
 from scipy.optimize import linprog
 
 from smid.identification.inversion.contraction import NOTHING, Program, contracted
-from smid.identification.inversion.record import Group, Rows
+from smid.identification.inversion.record import Group
+from smid.identification.inversion.rows import Rows
 
 ALL = [Group((0, 1, 2), None)]
 
