@@ -7,7 +7,6 @@ The diagnoses are kept in a folder.  Delete both when the diagnosis has changed.
 from __future__ import annotations
 
 import argparse
-import time
 from itertools import cycle
 from pathlib import Path
 
@@ -53,7 +52,6 @@ def main() -> None:
     results = [known[key] for key in wanted if key in known]
     missing = [(*key, given.samples, given.diagnoses) for key in wanted if key not in known]
     print(f"{len(wanted)} cases, {len(results)} of them in {given.cache}", flush=True)
-    started = time.perf_counter()
     for result in run(given.cache, diagnose_case, missing, given.workers, {"samples": given.samples}):
         results.append(result)
         hidden = ", ".join(result.truth) or "-"
@@ -64,7 +62,7 @@ def main() -> None:
             f" ({result.ratio:.2f}, {result.seconds:.1f} s)",
             flush=True,
         )
-    page = markdown(results, time.perf_counter() - started)
+    page = markdown(results)
     given.output.write_text(page, encoding="utf-8")
     draw(results, given.output.parent / "pictures" / "calibration.svg")
     print(f"\n{page}", flush=True)

@@ -46,15 +46,15 @@ def diagnose_case(kind: str, seed: int, samples: int, diagnoses: Path) -> CaseRe
     ratio, message = float("nan"), ""
     probabilities: tuple[float, ...] = ()
     doubts: tuple[tuple[str, float], ...] = ()
-    in_other_words = 0
-    started = time.perf_counter()
+    in_other_words, interrupted = 0, False
+    started = time.process_time()
     try:
         result = diagnosed(case, kind, diagnoses)
     except Exception as error:  # one broken case must not end a run of hours; it counts as a failure
-        verdict, seconds = "failed", time.perf_counter() - started
+        verdict, seconds = "failed", time.process_time() - started
         message = f"{type(error).__name__}: {error}".replace("\n", " ").replace("|", "/")[:300]
     else:
-        verdict, seconds = str(result.verdict), result.seconds
+        verdict, seconds, interrupted = str(result.verdict), result.seconds, result.interrupted
         named = tuple(_in_words_of(case.truth, cause) for cause in result.causes)
         in_other_words = sum(cause.effect != name for cause, name in zip(result.causes, named, strict=True))
         probabilities = tuple(float(cause.confidence) for cause in result.causes)
@@ -80,6 +80,7 @@ def diagnose_case(kind: str, seed: int, samples: int, diagnoses: Path) -> CaseRe
         probabilities,
         doubts,
         in_other_words,
+        interrupted,
     )
 
 

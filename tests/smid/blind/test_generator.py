@@ -317,8 +317,7 @@ def test_score_counts_what_it_says() -> None:
             result("none", (), (), "none", 0),
             result("none", (), ("gain",), "named", 1),
             result("pair", ("gain", "outliers"), ("outliers", "gain"), "named", 0),
-        ],
-        7.0,
+        ]
     )
     assert "| reached | 50.0 % (1 of 2) | 50.0 % (1 of 2) | 100.0 % (1 of 1) | - | 1.050 | 1.050 |" in page
     assert "| single | 1 | gain | outliers, gain | named | 5.0 | cstr | steps |" in page
