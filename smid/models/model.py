@@ -190,7 +190,7 @@ class Model:
         """Defined signals whose own past determines their future."""
         return tuple(state_lags(self._structure))
 
-    @property
+    @cached_property
     def max_lag(self) -> int:
         """Samples the model looks back, lags added up along its lines: the first sample it can compute."""
         return max(first_samples(self._structure).values(), default=0)
