@@ -226,14 +226,16 @@ class Diagnosis(Tabular):
 
     @property
     def gain_sentence(self) -> str:
-        """One sentence with the gain."""
+        """The gain in words."""
         g = self.gain
         unit = f" {self.unit}".rstrip()
         if not self.is_extended:
             return f"Test RMSE of the base model: {g.rmse_before:.4g}{unit} over {g.samples} samples."
+        worse = " The extended model errs more there than the base model: it does not carry over to samples unseen."
         return (
             f"On {g.samples} test samples the RMSE changes from {g.rmse_before:.4g} to {g.rmse_after:.4g}{unit}, the "
             f"largest error from {g.noise_bound_before:.4g} to {g.noise_bound_after:.4g}{unit}."
+            f"{worse * (g.rmse_after > g.rmse_before)}"
         )
 
     def to_dict(self) -> dict[str, Any]:

@@ -103,6 +103,14 @@ def test_text_page_and_plain_data_say_the_same(diagnosis):
         assert f"{figure:.4g}" in diagnosis.gain_sentence
 
 
+def test_an_extended_model_that_errs_more_on_the_test_part_is_said_to():
+    found = of("named")
+    assert "errs more" not in str(found)
+    worse = replace(found, gain=replace(found.gain, rmse_after=2 * found.gain.rmse_before))
+    assert "The extended model errs more there than the base model" in str(worse)
+    assert "The extended model errs more there than the base model" in " ".join(diagnosis_page(worse).result)
+
+
 def headline_is(diagnosis: Diagnosis, effect: str) -> None:
     page = diagnosis_page(diagnosis)
     assert diagnosis.conclusion.startswith(f"Cause: {effect}")
