@@ -5,15 +5,31 @@ import pickle
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from smid.diagnosis import EFFECTS, Effect, diagnose
+from smid.diagnosis.search.trial import fitted_base
 from tests.smid.diagnosis.lag_records import BOUND, LAG, dead_zone, lag, record, steps
 
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
 def test_every_effect_of_the_library_can_be_sent_to_another_process(effect):
     assert pickle.loads(pickle.dumps(effect)) == effect
+
+
+@pytest.fixture(scope="module")
+def base():
+    u = steps(1, 120)
+    data = record(u, lag(dead_zone(u, 0.3)))
+    return fitted_base(LAG, data, (np.ones(120, bool),), "u", "y")
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
+def test_what_an_effect_offers_can_be_sent_back(effect, base):
+    for offered in effect.extensions(base.fit.model, base.site()):
+        back = pickle.loads(pickle.dumps(offered))
+        assert tuple(back.starts) == tuple(offered.starts)
 
 
 def tells_where(_model, _site):

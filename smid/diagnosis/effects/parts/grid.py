@@ -77,6 +77,10 @@ class GridStarts(Sequence[Start]):
     def __len__(self) -> int:
         return len(self._points)
 
+    def __reduce__(self) -> tuple[type[tuple[Start, ...]], tuple[tuple[Start, ...]]]:
+        """Return the points alone, which is what another process needs of them."""
+        return tuple, (self._points,)
+
 
 def _best_of(
     model: Model, site: Site, axes: Mapping[str, Sequence[float]], memory: str, count: int
