@@ -140,9 +140,9 @@ assert library.unexplained
 assert library.gain.rmse_after > 2 * NOISE
 
 # %% [markdown]
-# The library names stand-ins: something that swings once a day, and what it lacks to fit better. They take most of the
-# error on the test part away, but what remains is several times the noise, and the diagnosis says so. The period is the
-# clue. A swing is not the effect of the sun: the sun shines half of the day, and the tank stores its heat.
+# The library has no sun, and names a stand-in that swings once a day. It takes a part of the error on the test part
+# away, but what remains is many times the noise, and the diagnosis says so. The period is the clue. A swing is not the
+# effect of the sun: the sun shines half of the day, and the tank stores its heat.
 #
 # ## An effect
 #
