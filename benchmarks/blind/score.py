@@ -190,7 +190,7 @@ def markdown(results: Sequence[CaseResult]) -> str:
         f"Verdict `ambiguous`: {sum(result.verdict == 'ambiguous' for result in results)} of {len(results)}. "
         f"Right names that are given as a second name of one equation: {sum(r.in_other_words for r in results)}. "
         f"Processor time of a diagnosis: median {np.median(seconds):.1f} s, longest {max(seconds):.1f} s. Each was "
-        f"allowed {SECONDS:g} s, a fifth of them kept for what follows the search, which ended "
+        f"allowed {SECONDS:g} s, of which the search has four fifths; this ended "
         f"{sum(result.interrupted for result in results)} of {len(results)}. Asked for are 15 s and 90 s on two cores.",
         "## Hidden against named first",
         confusion(results),
