@@ -1,7 +1,7 @@
 """Functions as machine code that is kept between runs of Python.
 
-Numba keeps the code of a function until the function's own file changes, whatever becomes of the functions here that it
-calls. So what is kept lies in a folder named after the content of all files with functions that are called.
+Numba keeps the code of a function until the function's own file changes, whatever becomes of the functions that it
+calls and of the options below. So what is kept lies in a folder named after the content of all these files.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ["compiled", "compiling"]
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
 _CALLED = ("ball_arithmetic.py", "affine_arithmetic.py", "affine_functions.py")
-_FILES = tuple(Path(__file__).with_name(name) for name in _CALLED)
+_FILES = (Path(__file__), *(Path(__file__).with_name(name) for name in _CALLED))
 
 
 def compiling(*files: str) -> Callable[[_Function], _Function]:

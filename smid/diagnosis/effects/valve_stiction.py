@@ -15,11 +15,12 @@ Thornhill and Shah, Control Engineering Practice 13 (2005) 641-658.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.parts.grid import GridStarts
+from smid.diagnosis.effects.parts.grid import AskedFor, best_of
 from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity, signal_of
 from smid.models import Model, signal, t
 
@@ -46,7 +47,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     # Added after the insertion, the pull reads the command.
     extended = moved.with_line(name, pull + slips * (sliding.symbol * sympy.sign(pull) - pull))
     axes = {jump.name: [k * span for k in _JUMPS], sliding.name: [k * span for k in _SLIDING]}
-    yield Extension(extended, GridStarts(extended, site, axes, name, _STARTS))
+    yield Extension(extended, AskedFor(partial(best_of, extended, site, axes, name, _STARTS)))
 
 
 def describe(values: Mapping[str, float], site: Site) -> str:

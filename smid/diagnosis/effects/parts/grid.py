@@ -7,12 +7,12 @@ pole that the base model has wrong without the effect does not decide. About the
 base model is then fitted at each point that is returned. Where the best point promises no more than the best of as many
 does by chance, it is returned as it is.
 
-All this is done when the starts are first asked for: an effect that is fitted again from known values needs none.
+It takes time, and an effect that is fitted again from known values needs no start: `AskedFor` waits until one is read.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import product
@@ -27,7 +27,7 @@ from smid.fitting.fit import Fitting, one_step_ahead
 from smid.models import Model, Parameter
 from smid.models.simulate import simulate
 
-__all__ = ["GridStarts"]
+__all__ = ["AskedFor", "best_of"]
 
 _POLES = (0.6, 0.8, 0.9, 0.95, 0.98)
 _BEAM, _ROUNDS = 12, 5
@@ -42,8 +42,34 @@ Start = Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
-class GridStarts(Sequence[Start]):
-    """Different points at which a model is nearest to the output, each with values of its base; best first.
+class AskedFor(Sequence[Start]):
+    """Starts that are found when they are first asked for."""
+
+    find: Callable[[], tuple[Start, ...]]
+
+    @cached_property
+    def _found(self) -> tuple[Start, ...]:
+        return self.find()
+
+    @overload
+    def __getitem__(self, which: int) -> Start: ...
+    @overload
+    def __getitem__(self, which: slice) -> tuple[Start, ...]: ...
+    def __getitem__(self, which: int | slice) -> Start | tuple[Start, ...]:
+        return self._found[which]
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    def __reduce__(self) -> tuple[type[tuple[Start, ...]], tuple[tuple[Start, ...]]]:
+        """Return what was found alone, which is all that another process needs."""
+        return tuple, (self._found,)
+
+
+def best_of(
+    model: Model, site: Site, axes: Mapping[str, Sequence[float]], memory: str, count: int
+) -> tuple[Start, ...]:
+    """Return different points at which the model is nearest to the output, each with values of its base; best first.
 
     A model without values is not fitted, and the points are spread over the grid.
 
@@ -53,38 +79,7 @@ class GridStarts(Sequence[Start]):
         Per parameter its levels, largest first, each the same share of the one before.
     memory
         A signal that begins anywhere up to the sum of the parameters, of either sign.
-    most
-        How many points at most.
     """
-
-    model: Model
-    site: Site
-    axes: Mapping[str, Sequence[float]]
-    memory: str
-    most: int
-
-    @cached_property
-    def _points(self) -> tuple[Start, ...]:
-        return _best_of(self.model, self.site, self.axes, self.memory, self.most)
-
-    @overload
-    def __getitem__(self, which: int) -> Start: ...
-    @overload
-    def __getitem__(self, which: slice) -> tuple[Start, ...]: ...
-    def __getitem__(self, which: int | slice) -> Start | tuple[Start, ...]:
-        return self._points[which]
-
-    def __len__(self) -> int:
-        return len(self._points)
-
-    def __reduce__(self) -> tuple[type[tuple[Start, ...]], tuple[tuple[Start, ...]]]:
-        """Return the points alone, which is what another process needs of them."""
-        return tuple, (self._points,)
-
-
-def _best_of(
-    model: Model, site: Site, axes: Mapping[str, Sequence[float]], memory: str, count: int
-) -> tuple[Start, ...]:
     points = np.array(list(product(*axes.values())))
     free = {p.name for p in model.parameters if p.lower < p.upper}
     if not free <= set(model.values) | set(axes):

@@ -5,7 +5,6 @@ import pytest
 
 from smid import OutputError
 from smid.diagnosis.effects import valve_stiction
-from smid.diagnosis.effects.parts import grid
 from smid.diagnosis.search.trial import fitted_base, refit, try_effect
 from tests.smid.diagnosis.lag_records import lag, record, steps
 
@@ -43,6 +42,6 @@ def test_starts_are_spent_where_the_grid_promises_something(sticks):
 def test_an_effect_that_is_fitted_again_from_known_values_searches_no_grid(monkeypatch):
     base = based(True)
     trial = try_effect(valve_stiction.EFFECT, base)
-    monkeypatch.setattr(grid, "_best_of", None)
+    monkeypatch.setattr(valve_stiction, "best_of", lambda *_: pytest.fail("the grid is searched"))
     again = refit(valve_stiction.EFFECT, trial, base)
     assert again.fit.cost == pytest.approx(trial.fit.cost, rel=1e-6)
