@@ -15,10 +15,7 @@ an interrupted run goes on where it stopped.
 from __future__ import annotations
 
 import argparse
-import multiprocessing
-import os
 import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -26,6 +23,7 @@ from pathlib import Path
 import sympy
 
 from benchmarks.blind.cases import draw
+from benchmarks.kernels import OLDER, with_kernel
 from benchmarks.resumable import kept, run
 from smid import Dataset, Model, diagnose
 from smid.models import signal
@@ -33,7 +31,6 @@ from smid.models.edit_lines import rename_channels
 from smid.models.symbols import rename_signals, swapped, t
 
 VARIANTS = ("as it is", "names", "order of channels", "order of experiments", "units", "kernel")
-KERNEL = "Prescott"
 OUTPUT, INPUT, TIME = 1000, sympy.Rational(1, 100), 1000
 CLOSE = 0.01
 
@@ -53,10 +50,7 @@ class VariantResult:
 def diagnose_variant(seed: int, variant: str) -> VariantResult:
     """Draw a case and diagnose a variant of it."""
     if variant == "kernel":
-        # OpenBLAS reads the variable when it is loaded: in a new process.
-        os.environ["OPENBLAS_CORETYPE"] = KERNEL
-        with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
-            return replace(pool.submit(diagnose_variant, seed, VARIANTS[0]).result(), variant=variant)
+        return replace(with_kernel(OLDER, diagnose_variant, seed, VARIANTS[0]), variant=variant)
     case = draw(seed, 1, 1000)
     model, data, bound, scale = case.model, in_two(case.data), case.noise_bound, 1.0
     if variant == "names":

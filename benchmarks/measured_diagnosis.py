@@ -6,7 +6,9 @@ FOLDER holds the records, one folder each; they are not part of the project. Eve
 way: a base model of low order, all effects of the library, no noise bound. The test part is the last 20 % of every
 run, or the runs of the published split. No fit and no choice uses it; both models are simulated on it once, at the
 end. Of a whole test run, the first 50 samples (or as many as the record gives) tell the initial states and do not
-count.
+count. Every record is diagnosed twice, with the kernel of OpenBLAS that suits this processor and with that of an
+older one. Each result is kept in the cache, so an interrupted run goes on where it stopped; delete the cache when the
+diagnosis has changed.
 """
 
 from __future__ import annotations
@@ -16,10 +18,15 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.kernels import OLDER, with_kernel
+from benchmarks.machine import described
+from benchmarks.resumable import kept
+from benchmarks.resumable import run as kept_run
 from smid import Dataset, Model, OutputError
 from smid.data import load_record
 from smid.diagnosis import Diagnosis, diagnose
@@ -73,13 +80,24 @@ class Case:
     unit: str = ""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class CaseResult:
-    """What was found on a record; the RMSEs on the test part in the unit of the published figures."""
+    """What was found on a record with a kernel of OpenBLAS (empty: that of the processor).
 
-    case: Case
-    diagnosis: Diagnosis
-    test: tuple[float, float] | None
+    The RMSEs of `rmse` are on the test part of the diagnosis, in `unit`; those of `published`, if any, on the published
+    test part, in the unit of the published figures; first of the base model, then of the extended one.
+    """
+
+    record: str
+    kernel: str
+    named: tuple[str, ...]
+    alternatives: tuple[str, ...]
+    rmse: tuple[float, float]
+    unit: str
+    published: tuple[float, float] | None
+    conclusion: str
+    sentences: tuple[str, ...]
+    unexplained: bool
     seconds: float
 
 
@@ -253,18 +271,36 @@ def tested(
     return rms([error[part.n_init :]]) * case.factor
 
 
-def run(case: Case, folder: Path) -> CaseResult:
-    """Diagnose one record."""
-    began = time.perf_counter()
-    full = load_record(case.record, folder)
+def diagnosed(record: str, kernel: str, folder: Path) -> CaseResult:
+    """Diagnose one record with a kernel of OpenBLAS."""
+    return with_kernel(kernel, _diagnosed, record, kernel, folder)
+
+
+def _diagnosed(record: str, kernel: str, folder: Path) -> CaseResult:
+    (case,) = (case for case in CASES if case.record == record)
+    full = load_record(record, folder)
     data = case.load(full)
+    began = time.process_time()
     found = diagnose(bind(case.model, data), data, test=case.share, workers=1)
-    test = None
+    seconds = time.process_time() - began
+    published = None
     if case.test:
         pairs = ((found.base, found.simulated), (found.model, found.extended))
         before, after = (tested(model, simulated, case, found, full) for model, simulated in pairs)
-        test = (before, after)
-    return CaseResult(case, found, test, time.perf_counter() - began)
+        published = (before, after)
+    return CaseResult(
+        record,
+        kernel,
+        tuple(f"`{c.effect}`" + (f" ({c.label})" if c.label else "") for c in found.causes),
+        tuple(found.alternatives),
+        (found.gain.rmse_before, found.gain.rmse_after),
+        found.unit,
+        published,
+        str(found.conclusion),
+        tuple(f"{c.sentence} ({c.confidence:.0%})" for c in found.causes),
+        bool(found.unexplained),
+        seconds,
+    )
 
 
 HEAD = """# Diagnosis of measured records
@@ -284,36 +320,54 @@ Free-run RMSE on the published test part.
 | record | linear model | extended model | published |
 |---|---|---|---|
 """
+KERNEL_HEAD = """
+## With the arithmetic of an older processor
+
+Kernels of OpenBLAS add in another order, so that the last digits differ. Here the kernel {} replaced that of the
+processor.
+
+| record | named with it | test RMSE over that of the first table |
+|---|---|---|
+"""
 
 
 def page(results: Sequence[CaseResult]) -> str:
     """Return the tables, and the sentences of each diagnosis, as Markdown."""
     about = " ".join((__doc__ or "").split("not part of the project. ", 1)[-1].split())
+    cases = {case.record: case for case in CASES}
+    found = {(r.record, r.kernel): r for r in results}
+    first = [found[name, ""] for name in cases if (name, "") in found]
+    pairs = [(r, found[r.record, OLDER]) for r in first if (r.record, OLDER) in found]
     lines = [HEAD.format(about).rstrip("\n")]
-    for o in results:
-        d = o.diagnosis
-        names = ", ".join(f"`{c.effect}`" + (f" ({c.label})" if c.label else "") for c in d.causes) or "nothing"
-        verdict = f" (ambiguous: {' or '.join(d.alternatives)})" if d.alternatives else ""
-        after = f"{d.gain.rmse_after:.4g} {d.unit}".rstrip()
-        cells = (o.case.record, o.case.known, names + verdict, f"{d.gain.rmse_before:.4g}", after, f"{o.seconds:.0f}")
+    for r in first:
+        verdict = f" (ambiguous: {' or '.join(r.alternatives)})" if r.alternatives else ""
+        before, after = f"{r.rmse[0]:.4g}", f"{r.rmse[1]:.4g} {r.unit}".rstrip()
+        names = ", ".join(r.named) or "nothing"
+        cells = (r.record, cases[r.record].known, names + verdict, before, after, f"{r.seconds:.0f}")
         lines.append("| " + " | ".join(cells) + " |")
     lines.append(TEST_HEAD.rstrip("\n"))
-    for o in results:
-        if o.test is not None:
-            before, after = (f"{value:.3g} {o.case.unit}".rstrip() for value in o.test)
-            lines.append(f"| {o.case.record} | {before} | {after} | {o.case.published or '-'} |")
+    for r in first:
+        if r.published is not None:
+            case = cases[r.record]
+            before, after = (f"{value:.3g} {case.unit}".rstrip() for value in r.published)
+            lines.append(f"| {r.record} | {before} | {after} | {case.published or '-'} |")
+    if pairs:
+        lines.append(KERNEL_HEAD.format(OLDER).rstrip("\n"))
+        for r, other in pairs:
+            names = "the same" if other.named == r.named else ", ".join(other.named) or "nothing"
+            lines.append(f"| {r.record} | {names} | {other.rmse[1] / r.rmse[1]:.4f} |")
     lines.append(
         "\n## Sentences of the diagnosis\n\nThe percentage after a sentence is the probability of the cause.\n"
     )
-    for o in results:
-        d = o.diagnosis
-        part = f" ({o.case.how})" if o.case.how else ""
-        lines.append(f"**{o.case.record}**{part}; base: {o.case.base}. {d.conclusion}")
-        lines += [f"- {c.sentence} ({c.confidence:.0%})" for c in d.causes]
+    for r in first:
+        case = cases[r.record]
+        part = f" ({case.how})" if case.how else ""
+        lines.append(f"**{r.record}**{part}; base: {case.base}. {r.conclusion}")
+        lines += [f"- {sentence}" for sentence in r.sentences]
         unexplained = "The remaining error is more than noise: no effect of the library explains it."
-        left = unexplained if d.unexplained else "The remaining error is no more than noise."
+        left = unexplained if r.unexplained else "The remaining error is no more than noise."
         lines.append(f"- {left}\n")
-    return "\n".join(lines).rstrip("\n") + "\n"
+    return "\n".join([*lines, described(("numpy", "scipy"))]) + "\n"
 
 
 def main() -> None:
@@ -321,21 +375,29 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.measured_diagnosis", description=(__doc__ or "").splitlines()[0]
     )
+    known = [case.record for case in CASES]
     parser.add_argument("folder", type=Path, help="folder of the measured records")
     parser.add_argument("--output", type=Path, help="Markdown file to write")
-    parser.add_argument("--only", nargs="+", metavar="RECORD", help="these records only")
-    arguments = parser.parse_args()
-    results = []
-    for case in CASES:
-        if arguments.only and case.record not in arguments.only:
-            continue
-        if not (arguments.folder / case.record).is_dir():
-            print(f"{case.record}: skipped, it is not in the folder", flush=True)
-            continue
-        results.append(run(case, arguments.folder))
-        print(f"\n{case.record}, {results[-1].seconds:.0f} s:\n{results[-1].diagnosis}", flush=True)
-        if arguments.output:
-            arguments.output.write_text(page(results), encoding="utf-8")
+    parser.add_argument("--only", nargs="+", choices=known, default=known, metavar="RECORD", help="these records only")
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--cache", type=Path, default=Path(".cache/measured_diagnosis.jsonl"))
+    given = parser.parse_args()
+    there = [name for name in given.only if (given.folder / name).is_dir()]
+    for name in sorted(set(given.only) - set(there)):
+        print(f"{name}: skipped, it is not in the folder", flush=True)
+    results = [restored(entry) for entry in kept(given.cache) if entry["record"] in there]
+    done = {(r.record, r.kernel) for r in results}
+    missing = [(name, kernel, given.folder) for kernel in ("", OLDER) for name in there if (name, kernel) not in done]
+    for result in kept_run(given.cache, diagnosed, missing, given.workers):
+        results.append(result)
+        print(f"\n{result}", flush=True)
+    if given.output:
+        given.output.write_text(page(results), encoding="utf-8")
+
+
+def restored(entry: dict[str, Any]) -> CaseResult:
+    """Return a result that was kept as JSON, which knows no tuples."""
+    return CaseResult(**{name: tuple(value) if isinstance(value, list) else value for name, value in entry.items()})
 
 
 if __name__ == "__main__":

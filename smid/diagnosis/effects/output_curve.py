@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import sympy
@@ -22,6 +23,7 @@ from scipy.signal import lfilter
 from relaxations.algebra.arrays import Array
 from smid.data import DataError
 from smid.diagnosis.effects.effect import Effect, Extension, Site
+from smid.diagnosis.effects.parts.grid import AskedFor, Start
 from smid.diagnosis.effects.parts.hinges import curves, slope_changes
 from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity
 from smid.fitting.fit import fit
@@ -33,6 +35,7 @@ __all__ = ["EFFECT"]
 _GUARD = 1e-6
 _NEAR_ZERO = 0.1  # of the scale; a magnitude comes this close to zero
 _SIGN_POLES, _ROUNDS = (0.5, 0.8, 0.9, 0.95, 0.98), 5
+_SETTLED = 1e-3  # of the squared error: less is no better guess
 _NEGATIVE = 1e-3  # of the scale; a rounding error below zero is no sign
 
 
@@ -48,13 +51,13 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     simulated = _simulated(site)
     reach = float(np.abs(simulated).max()) or size
     fold = fresh(model, "output_fold", (-1, 2), "", 0.0)
-    folded: list[Mapping[str, float]] = [{**values, fold.name: 0.9} for values in _signed_fits(model, site)]
-    if simulated.min() < -_NEGATIVE * reach and simulated.max() > _NEGATIVE * reach:  # of one sign, it is a gain
-        folded += [{fold.name: 0.9}, {fold.name: 0.4}]
-    if folded:
+    # Of one sign, it is a gain.
+    both = simulated.min() < -_NEGATIVE * reach and simulated.max() > _NEGATIVE * reach
+    if both or _may_be_magnitude(site):
+        known = ({fold.name: 0.9}, {fold.name: 0.4}) if both else ()
         yield Extension(
             seen(lambda w: w + fold.symbol * (sympy.Abs(w) - w), [fold]),
-            tuple(folded),
+            AskedFor(partial(_folded, model, site, fold.name, known)),
             "magnitude",
         )
     exponent = fresh(model, "output_exponent", (0.2, 4), "", 1.0)
@@ -95,32 +98,44 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     )
 
 
-def _signed_fits(model: Model, site: Site) -> Iterator[Mapping[str, float]]:
-    """Fit the model to the output with guessed signs, where it can be a magnitude; give the values that fit best."""
+def _may_be_magnitude(site: Site) -> bool:
+    """Return whether the output comes close to zero and not below, while the input has both signs."""
     low, high = site.span(site.output)
     drive = site.span(site.input)
-    if low < -_NEGATIVE * high or low > _NEAR_ZERO * high or not drive[0] < 0 < drive[1]:
-        return
+    return -_NEGATIVE * high <= low <= _NEAR_ZERO * high and drive[0] < 0 < drive[1]
+
+
+def _folded(model: Model, site: Site, fold: str, known: tuple[Start, ...]) -> tuple[Start, ...]:
+    """Return starts of a magnitude: the values that fit best with guessed signs, and those that are known."""
+    found = _signed_fit(model, site) if _may_be_magnitude(site) else None
+    return (*([{**found, fold: 0.9}] if found is not None else []), *known)
+
+
+def _signed_fit(model: Model, site: Site) -> Start | None:
+    """Fit the model to the output with guessed signs, which the fit improves; return the values that fit best."""
     magnitudes = [run.values[site.output] for run in site.data.experiments]
-    best: tuple[float, Mapping[str, float]] | None = None
+    best: tuple[float, Start] | None = None
     for pole in _SIGN_POLES:
         simulated = [lfilter([1 - pole], [1, -pole], run.values[site.input]) for run in site.data.experiments]
+        fitted, starts, before = model.with_values({}), 2, math.inf
         for _ in range(_ROUNDS):
-            signed = [y * np.where(w < 0, -1.0, 1.0) for y, w in zip(magnitudes, simulated, strict=True)]
             runs = [
-                replace(run, values={**run.values, site.output: y})
-                for run, y in zip(site.data.experiments, signed, strict=True)
+                replace(run, values={**run.values, site.output: y * np.where(w < 0, -1.0, 1.0)})
+                for run, y, w in zip(site.data.experiments, magnitudes, simulated, strict=True)
             ]
             try:
-                found = fit(model.with_values({}), site.data.with_experiments(runs), starts=2)
+                found = fit(fitted, site.data.with_experiments(runs), starts=starts)
             except DataError:
                 break
+            fitted, starts = found.model, 1
             simulated = [s[site.output] for s in found.simulated]
             error = sum(float(np.sum((y - np.abs(w)) ** 2)) for y, w in zip(magnitudes, simulated, strict=True))
             if best is None or error < best[0]:
-                best = error, found.model.values
-    if best is not None:
-        yield best[1]
+                best = error, fitted.values
+            if not error < (1 - _SETTLED) * before:
+                break
+            before = error
+    return best and best[1]
 
 
 def _simulated(site: Site) -> Array:

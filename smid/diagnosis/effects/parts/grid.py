@@ -27,7 +27,7 @@ from smid.fitting.fit import Fitting, one_step_ahead
 from smid.models import Model, Parameter
 from smid.models.simulate import simulate
 
-__all__ = ["AskedFor", "best_of"]
+__all__ = ["AskedFor", "Start", "best_of"]
 
 _POLES = (0.6, 0.8, 0.9, 0.95, 0.98)
 _BEAM, _ROUNDS = 12, 5
