@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from smid.diagnosis.cause import Cause, CauseParameter, Rival, percent
 from smid.diagnosis.diagnosis import ENDED_EARLY, Diagnosis, Verdict
+from smid.diagnosis.evidence.misfit_figures import shows_something
 from smid.diagnosis.figures import (
     before_and_after,
     correlation_figure,
@@ -128,6 +129,14 @@ def _experiment(diagnosis: Diagnosis) -> Iterator[Section]:
 
 def _misfit(diagnosis: Diagnosis) -> Section:
     wrong = diagnosis.causes or diagnosis.unexplained
+    views: Block = Picture(
+        diagnosis.misfit.plot(),
+        "The error of the base model against quantities that may explain it. Squares: means of bins. "
+        "Percentages: share of the error variance that the quantity explains, corrected for chance.",
+        "The error of the base model against quantities that may explain it",
+    )
+    if not shows_something(diagnosis.misfit):
+        views = Folded("No single quantity explains the error significantly", (views,))
     return Section(
         "What the simulation gets wrong" if wrong else "How the simulation compares",
         (
@@ -137,12 +146,7 @@ def _misfit(diagnosis: Diagnosis) -> Section:
                 "The whole record. Shaded: the test part.",
                 f"{diagnosis.output} measured and simulated, and the errors",
             ),
-            Picture(
-                diagnosis.misfit.plot(),
-                "The error of the base model against quantities that may explain it. Squares: means of bins. "
-                "Percentages: share of the error variance that the quantity explains, corrected for chance.",
-                "The error of the base model against quantities that may explain it",
-            ),
+            views,
         ),
     )
 

@@ -41,9 +41,11 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     stepped = model.discretised()
     states = {state.own: state for state in state_lines(stepped)}
     if own in states:
+        # A level behind a zero or a curve of the sensor is not what the sensor shows.
+        said = describe if own == signal_of(model, site.output) else partial(_describe, own)
         for label, limited, parameters, starts in _ends(model, "overflow", _span(model, site, own), unit):
             extended = stepped.insert_after(states[own].line.signal, limited, parameters)
-            yield Extension(extended, starts, f"{label}, in the state")
+            yield Extension(extended, starts, f"{label}, in the state", describe=said)
     for vessel, below in permutations(states.values(), 2):
         if vessel.leak != 0 and below.inflow(vessel) != 0:
             yield _spilling(stepped, vessel, below, _span(model, site, vessel.own))
@@ -94,12 +96,16 @@ def _spills(vessel: str, upper: str, share: str, values: Mapping[str, float], si
 
 def describe(values: Mapping[str, float], site: Site) -> str:
     """Say where the end is."""
+    return _describe(site.output, values, site)
+
+
+def _describe(what: str, values: Mapping[str, float], site: Site) -> str:
     unit = site.unit(site.output)
     upper, lower = find(values, "upper"), find(values, "lower")
     limits = [f"rises no further than {quantity(upper, unit)}"] if upper is not None else []
     limits += [f"falls no further than {quantity(lower, unit)}"] if lower is not None else []
-    what = "The vessel is full:" if any("overflow" in name for name in values) else "The sensor is at its end:"
-    return f"{what} {site.output} {' and '.join(limits)}."
+    end = "The vessel is full:" if any("overflow" in name for name in values) else "The sensor is at its end:"
+    return f"{end} {what} {' and '.join(limits)}."
 
 
 EFFECT = Effect(

@@ -13,6 +13,7 @@ from smid.diagnosis.evidence.misfit import Misfit
 from smid.diagnosis.evidence.structure import DIRECTIONS, Structure, input_direction
 from smid.display.style import BLUE, GREEN, GRID, INK, ORANGE, PAPER, RED, SKY, WIDTH, style
 
+_KINDS = ("time", "frequency", "input level", "output level", "velocity", "channel")
 _MOST_POINTS = 2500
 _MOST_CHANNELS = 4
 _COLOURS = (ORANGE, BLUE, SKY, SKY, GRID)  # rises, falls, holds, holds, never moved
@@ -92,6 +93,11 @@ def misfit_figure(misfit: Misfit) -> Figure:
                 figure.legend(handles, labels, loc="outside lower center", ncols=3, title="points over the input level")
         figure.align_ylabels()
     return figure
+
+
+def shows_something(misfit: Misfit) -> bool:
+    """Return whether a panel of `misfit_figure` shows a significant share of the error."""
+    return any(found.share > 0 for found in misfit.structure if found.kind in _KINDS)
 
 
 def _over_time(axes: Axes, misfit: Misfit, unit: str) -> None:

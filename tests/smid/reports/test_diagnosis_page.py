@@ -189,6 +189,15 @@ def test_rivals_stand_in_the_order_of_their_odds_and_what_is_not_significant_is_
     assert text.count("<details>") == text.count("</details>") == 2
 
 
+def test_views_of_the_error_are_folded_where_none_is_significant(named, tmp_path):
+    said = "No single quantity explains the error significantly"
+    assert said not in read(report(named, tmp_path / "r.html")).text
+    structure = tuple(replace(found, share=0.0) for found in named.misfit.structure)
+    vague = replace(named, misfit=replace(named.misfit, structure=structure))
+    assert said in read(report(vague, tmp_path / "v.html")).text
+    assert said in report(vague, tmp_path / "v.md").read_text()
+
+
 def test_several_experiments_stand_one_after_the_other(named):
     twice = replace(
         named,

@@ -1,8 +1,11 @@
 """An effect is offered at every place among the effects on the same input or sensor."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from benchmarks.measured_diagnosis import two_tanks
 from smid import Dataset, OutputError
 from smid.diagnosis.effects import (
     extra_lag,
@@ -87,3 +90,16 @@ def test_what_acts_within_the_plant_has_one_place(effect: Effect) -> None:
     """Effects on the input and the sensor do not move it."""
     chained = offered(offered(BASE, input_backlash.EFFECT)[""], sensor_bias.EFFECT)[""]
     assert {e.place for e in effect.extensions(chained, SITE)} <= {""}
+
+
+def test_a_full_vessel_behind_the_zero_of_its_sensor_is_named_by_its_own_level() -> None:
+    """The sensor shows another number than the level at which the vessel overflows."""
+    u = np.random.default_rng(2).uniform(0, 5, 100)
+    known = {"outflow": 0.01, "pump": 0.02, "zero": 3.0}
+    model = replace(two_tanks(), sampling_time=4.0).with_values(known)
+    data = Dataset.from_arrays(input={"u": u}, output={"y": simulate(model, {"u": u})["y"]}, sampling_time=4.0)
+    offered = {item.label: item for item in output_saturation.EFFECT.extensions(model, Site(data, "u", "y"))}
+    for label, what in (("above, in the state", "w"), ("above, at the sensor", "y")):
+        item = offered[label]
+        assert item.describe is not None
+        assert f" {what} rises no further than " in item.describe(item.starts[0], Site(data, "u", "y"))
