@@ -7,8 +7,8 @@ way: a base model of low order, all effects of the library, no noise bound. The 
 run, or the runs of the published split. No fit and no choice uses it; both models are simulated on it once, at the
 end. Of a whole test run, the first 50 samples (or as many as the record gives) tell the initial states and do not
 count. Every record is diagnosed twice, with the kernel of OpenBLAS that suits this processor and with that of an
-older one. The search ends after 480 s of processor time in one process. Each result is kept in the cache, so an interrupted run goes on where it stopped; delete the cache when the
-diagnosis has changed.
+older one. The search ends after 480 s of processor time in one process. Each result is kept in the cache, so an
+interrupted run goes on where it stopped; delete the cache when the diagnosis has changed.
 """
 
 from __future__ import annotations
