@@ -66,6 +66,11 @@ class EffectSet:
         """The set, then those that are tied with it."""
         return (self, *self.tied)
 
+    def led_by(self, one: EffectSet) -> EffectSet:
+        """Return a set that is tied with this one, with all others that are."""
+        others = (replace(self, tied=()), *(other for other in self.tied if other is not one))
+        return replace(one, tied=others)
+
     def on(self, base: Base) -> Base:
         """Return a base model with the effects of the set."""
         return replace(base, fit=self.fit, errors=self.errors)
@@ -241,5 +246,5 @@ def with_noise_effects(
             if isinstance(found, Failure):
                 result.append(found)
             elif found is not None and found.score_drop is not None and found.explained > left:
-                result.append(replace(one, detected=(effect, found)))
+                result.append(replace(one, detected=(effect, found), tied=()))
     return result

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import comb, inf, log
 
 from smid.diagnosis.search.effect_set import EffectSet
@@ -72,14 +72,29 @@ class Ranking:
         self._tables: dict[EffectSet, _Table] = {}
 
     def rank(self, sets: Iterable[EffectSet]) -> tuple[Visited, ...]:
-        """Return the sets with their merits, best first."""
-        sets = tuple(sets)
-        starts = dict.fromkeys(s for s in (self._best, min(sets, key=lambda s: s.fit.cost)) if s in sets)
-        settled = [self._settled(sets, start) for start in starts if start is not None]
-        ranked, _ = max(settled, key=lambda pair: pair[0][0].merit - pair[1].noise.price)
-        self._best = ranked[0].effects
+        """Return the sets with their merits, best first; of those that are tied the best one alone."""
+        given = {one.names: one for one in sets}
+        every = tuple(one for first in given.values() for one in first.alike)
+        starts = dict.fromkeys(s for s in (self._best, min(every, key=lambda s: s.fit.cost)) if s in every)
+        settled = [self._settled(every, start) for start in starts if start is not None]
+        ranked, table = max(settled, key=lambda pair: pair[0][0].merit - pair[1].noise.price)
         self._tables = {one: t for one, t in self._tables.items() if any(t is used for _, used in settled)}
-        return ranked
+        leading: dict[tuple[str, ...], Visited] = {}
+        for one in ranked:
+            first = given[one.names]
+            if one.names not in leading and (one.evidence or one.effects is first):
+                leading[one.names] = one if one.effects is first else self._led(first, one, table)
+        self._best = next(iter(leading.values())).effects
+        return tuple(leading.values())
+
+    def _led(self, first: EffectSet, one: Visited, table: _Table) -> Visited:
+        """Return a set that is better than the one it is tied with in the place of that one."""
+        leader = first.led_by(one.effects)
+        found = table.known[leader] = replace(one, effects=leader)
+        table.bounds[leader] = table.bounds[one.effects]
+        if one.effects in self._tables:
+            self._tables[leader] = self._tables.pop(one.effects)
+        return found
 
     def _settled(self, sets: Sequence[EffectSet], start: EffectSet) -> tuple[tuple[Visited, ...], _Table]:
         """Rank under the noise model of the best set, beginning with that of a given one."""

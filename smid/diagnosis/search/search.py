@@ -99,6 +99,7 @@ def search(
             kept.add([again])
         while True:
             ranked = ranking.rank(kept.sets.values())
+            kept.sets.update({v.names: v.effects for v in ranked})
             best = ranked[0].effects
             if best.names != leader.names:
                 leader = best

@@ -31,3 +31,29 @@ def test_a_drift_is_no_noise_where_the_noise_bound_says_so(monkeypatch: pytest.M
         ranking = Ranking(record, base.errors, len(EFFECTS))
         ranking.rank(sets[:1])  # as the search begins
         assert ranking.rank(sets)[0].names == leader
+
+
+def test_of_tied_variants_the_one_with_the_largest_merit_leads() -> None:
+    case = draw(92010, 1, 1000)  # a sensor's lag
+    model = bind(case.model, case.data)
+    used = (np.arange(1000) < 800,)
+    channels = model.input_channels[0], model.output_channels[0]
+    base = fitted_base(model, case.data, used, *channels)
+    by_name = {effect.name: effect for effect in EFFECTS}
+    lag, bias = (try_effect(by_name[name], base) for name in ("sensor_lag", "sensor_bias"))
+    assert lag is not None
+    assert bias is not None
+    # Two variants of one effect, as the search finds them: here the one that fits worse stands first.
+    better, worse = (
+        EffectSet((lag,), lag.fit, lag.errors),
+        EffectSet((replace(bias, effect="sensor_lag"),), bias.fit, bias.errors),
+    )
+    plain = EffectSet((), base.fit, base.errors)
+    ranking = Ranking(Record(case.data, used, *channels), base.errors, len(EFFECTS))
+    first, second = ranking.rank([plain, replace(worse, tied=(better,))])
+    assert first.effects.fit is lag.fit
+    assert [one.fit for one in first.effects.tied] == [bias.fit]
+    assert second.effects is plain
+    # What leads stays the same set, and nothing is computed again.
+    again, _ = ranking.rank([plain, first.effects])
+    assert again == first
