@@ -205,10 +205,17 @@ class Diagnosis(Tabular):
         sure = self.causes[:-1] if self.verdict is Verdict.AMBIGUOUS else self.causes
         said = [f"Cause: {', then '.join(cause.effect for cause in sure)}."] if sure else []
         if self.verdict is not Verdict.NAMED:
-            said.append(self.verdict.sentence)
+            said.append(self.verdict_sentence)
         if self.verdict is Verdict.AMBIGUOUS:
             said.append(f"It is {' or '.join(self.alternatives)}.")
         return " ".join(said)
+
+    @property
+    def verdict_sentence(self) -> str:
+        """The verdict in words."""
+        if self.verdict is Verdict.NONE and self.details:
+            return "Effects explain what was fitted better, but the test part shows none of them."
+        return self.verdict.sentence
 
     @property
     def alternatives(self) -> tuple[str, ...]:

@@ -89,7 +89,7 @@ def _conclusion(diagnosis: Diagnosis) -> Iterator[str]:
         )
     if diagnosis.verdict is Verdict.NONE:
         rest = "" if diagnosis.unexplained else " The error of the base model looks like noise."
-        yield f"{diagnosis.verdict.sentence}{rest}"
+        yield f"{diagnosis.verdict_sentence}{rest}"
 
 
 def _said(cause: Cause) -> str:

@@ -198,6 +198,15 @@ def test_views_of_the_error_are_folded_where_none_is_significant(named, tmp_path
     assert said in report(vague, tmp_path / "v.md").read_text()
 
 
+def test_effects_that_the_test_part_does_not_show_are_told_from_none(named, nothing, tmp_path):
+    details = replace(nothing, details=named.causes)
+    said = "Effects explain what was fitted better, but the test part shows none of them."
+    for text in (str(details), read(report(details, tmp_path / "r.html")).text):
+        assert said in text
+        assert "No effect is significant." not in text
+    assert "No effect is significant." in str(nothing)
+
+
 def test_several_experiments_stand_one_after_the_other(named):
     twice = replace(
         named,
