@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -32,16 +32,48 @@ def ordered(found: Posterior, visited: Sequence[Visited]) -> list[tuple[Trial, V
 
     Where ambiguous, the alternative comes last.
     """
-    by_names = {v.names: v for v in visited}
-    pairs = []
-    for trial in found.chosen.effects.trials:
-        rest = Counter(found.chosen.names)
-        rest.subtract([trial.effect])
-        pairs.append((trial, by_names.get(tuple(sorted(rest.elements())))))
+    pairs = [(trial, _lacking(found, visited, [trial.effect])) for trial in found.chosen.effects.trials]
     open_question = found.alternatives[:1]
     return sorted(
         pairs, key=lambda pair: (pair[0].effect in open_question, pair[1].merit if pair[1] is not None else -np.inf)
     )
+
+
+def too_small(
+    found: Posterior,
+    visited: Sequence[Visited],
+    error: Callable[[Visited | None], float],
+    after: float,
+    noticed: float,
+) -> list[Trial]:
+    """Return the effects of the chosen set that the test part does not show.
+
+    The one that is missed least is judged first, and each without those before it: two that stand in for one another
+    are not both too small.
+
+    Parameters
+    ----------
+    error
+        Of a set on the test part; of the base model where a set was not visited.
+    after
+        The error of the chosen set.
+    noticed
+        An error that is larger by this shows.
+    """
+    small: list[Trial] = []
+    for trial, _ in reversed(ordered(found, visited)):
+        rest = _lacking(found, visited, [trial.effect, *(other.effect for other in small)])
+        if trial.effect not in found.alternatives and not error(rest) - after > noticed:
+            small.append(trial)
+    return small
+
+
+def _lacking(found: Posterior, visited: Sequence[Visited], effects: Sequence[str]) -> Visited | None:
+    """Return the set that lacks only some effects of the chosen one; None where it was not visited."""
+    rest = Counter(found.chosen.names)
+    rest.subtract(effects)
+    wanted = tuple(sorted(rest.elements()))
+    return next((one for one in visited if one.names == wanted), None)
 
 
 def cause_of(

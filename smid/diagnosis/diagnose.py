@@ -17,7 +17,7 @@ from relaxations.deadline import Progress, TimeIsUp, check_seconds, time_limit
 from smid.data import Dataset
 from smid.data.given import Given, as_dataset
 from smid.data.listing import missing_notes
-from smid.diagnosis.assemble import cause_of, detected, ordered
+from smid.diagnosis.assemble import cause_of, detected, ordered, too_small
 from smid.diagnosis.cause import Cause
 from smid.diagnosis.checks import bound_of_output, check_moving, chosen_effects, output_of
 from smid.diagnosis.diagnosis import Diagnosis, Verdict
@@ -319,14 +319,16 @@ def _assemble(
         return [(y - run[output])[mask] for y, run, mask in pairs if mask.any()]
 
     before, after = tested(base_run), tested(final_run)
-    noticed = spread(after)
+
+    def errors_of(one: Visited | None) -> list[Array]:
+        return tested(free_run(one.effects.fit, data, parts)) if one is not None else before
+
+    small = too_small(found, visited, lambda one: rms(errors_of(one)), rms(after), spread(after))
     named: list[Cause] = []
     details: list[Cause] = []
     for trial, without in ordered(found, visited):
-        missing = tested(free_run(without.effects.fit, data, parts)) if without is not None else before
-        cause = cause_of(trial, found, without, visited, record, final, (missing, after))
-        shows = rms(missing) - rms(after) > noticed or trial.effect in found.alternatives
-        (named if shows else details).append(cause)
+        cause = cause_of(trial, found, without, visited, record, final, (errors_of(without), after))
+        (details if trial in small else named).append(cause)
     # Where the search has left glitches out, those of the test part are told with them.
     told = replace(looked, glitches=looked.glitches and (bad or looked.glitches))
     detections = _noise_effects(told, found, final, chosen)
