@@ -129,6 +129,11 @@ def _experiment(diagnosis: Diagnosis) -> Iterator[Section]:
 
 def _misfit(diagnosis: Diagnosis) -> Section:
     wrong = diagnosis.causes or diagnosis.unexplained
+    simulated = Picture(
+        before_and_after(diagnosis),
+        "The whole record. Shaded: the test part.",
+        f"{diagnosis.output} measured and simulated, and the errors",
+    )
     views: Block = Picture(
         diagnosis.misfit.plot(),
         "The error of the base model against quantities that may explain it. Squares: means of bins. "
@@ -139,15 +144,7 @@ def _misfit(diagnosis: Diagnosis) -> Section:
         views = Folded("No single quantity explains the error significantly", (views,))
     return Section(
         "What the simulation gets wrong" if wrong else "How the simulation compares",
-        (
-            diagnosis.misfit.sentence,
-            Picture(
-                before_and_after(diagnosis),
-                "The whole record. Shaded: the test part.",
-                f"{diagnosis.output} measured and simulated, and the errors",
-            ),
-            views,
-        ),
+        (diagnosis.misfit.sentence, simulated, views),
     )
 
 
