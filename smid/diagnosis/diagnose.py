@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -320,6 +321,7 @@ def _assemble(
 
     before, after = tested(base_run), tested(final_run)
 
+    @cache
     def errors_of(one: Visited | None) -> list[Array]:
         return tested(free_run(one.effects.fit, data, parts)) if one is not None else before
 

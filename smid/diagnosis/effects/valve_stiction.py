@@ -20,7 +20,8 @@ from functools import partial
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.parts.grid import AskedFor, best_of
+from smid.diagnosis.effects.parts.asked_for import AskedFor
+from smid.diagnosis.effects.parts.grid import best_of
 from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity, signal_of
 from smid.models import Model, signal, t
 

@@ -6,28 +6,26 @@ after the best sum of the simulated output, of what lags of several poles make o
 pole that the base model has wrong without the effect does not decide. About the best points the grid is made finer. The
 base model is then fitted at each point that is returned. Where the best point promises no more than the best of as many
 does by chance, it is returned as it is.
-
-It takes time, and an effect that is fitted again from known values needs no start: `AskedFor` waits until one is read.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from itertools import product
-from typing import overload
 
 import numpy as np
 from scipy.signal import lfilter
 
 from relaxations.algebra.arrays import Array
 from smid.diagnosis.effects.effect import Site
+from smid.diagnosis.effects.parts.asked_for import Start
 from smid.fitting.fit import Fitting, one_step_ahead
 from smid.models import Model, Parameter
 from smid.models.simulate import simulate
 
-__all__ = ["AskedFor", "Start", "best_of"]
+__all__ = ["best_of"]
 
 _POLES = (0.6, 0.8, 0.9, 0.95, 0.98)
 _BEAM, _ROUNDS = 12, 5
@@ -36,34 +34,6 @@ _BEGINNINGS = (-0.8, -0.4, 0.0, 0.4, 0.8)
 _APART = 0.2  # in the logarithm of a parameter: nearer points are one start
 _TOGETHER = 64  # points that are simulated at once
 _RIDGE = 1e-9  # of the lags' power: neighbouring poles give nearly the same
-
-
-Start = Mapping[str, float]
-
-
-@dataclass(frozen=True, eq=False)
-class AskedFor(Sequence[Start]):
-    """Starts that are found when they are first asked for."""
-
-    find: Callable[[], tuple[Start, ...]]
-
-    @cached_property
-    def _found(self) -> tuple[Start, ...]:
-        return self.find()
-
-    @overload
-    def __getitem__(self, which: int) -> Start: ...
-    @overload
-    def __getitem__(self, which: slice) -> tuple[Start, ...]: ...
-    def __getitem__(self, which: int | slice) -> Start | tuple[Start, ...]:
-        return self._found[which]
-
-    def __len__(self) -> int:
-        return len(self._found)
-
-    def __reduce__(self) -> tuple[type[tuple[Start, ...]], tuple[tuple[Start, ...]]]:
-        """Return what was found alone, which is all that another process needs."""
-        return tuple, (self._found,)
 
 
 def best_of(
