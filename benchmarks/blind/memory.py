@@ -78,7 +78,7 @@ def play(fine: Array, gap: float, slack: float) -> Array:
     return out
 
 
-def relays(fine: Array, low: float, high: float, share: float, count: int = 40) -> Array:
+def relays(fine: Array, low: float, high: float, share: float, count: int = 400) -> Array:
     """Mix the input with the mean of Preisach relays, uniformly spread over the half plane of thresholds.
 
     Parameters

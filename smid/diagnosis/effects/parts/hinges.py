@@ -1,7 +1,9 @@
 """Polynomials and broken lines with an identity as their straight part, so that a free gain is not fitted twice.
 
 ``x + c2 x^2/X + c3 x^3/X^2 + ...`` with X the largest magnitude, and ``x + sum_i s_i (max(0, x - q_i) - max(0, -q_i))``
-with kinks at inner quantiles of the data, or two that are free.  All c and s are zero without the effect.
+with kinks at inner quantiles of the data, or two that are free.  All c and s are zero without the effect. A curve is no
+bias: zero stays zero. Of a channel that stays away from zero nobody knows what a broken line does there, and the line
+may be moved, ``d + ...``: a valve need not begin to open where its signal is zero.
 """
 
 from __future__ import annotations
@@ -30,7 +32,8 @@ def curves(model: Model, site: Site, channel: str, stem: str) -> Iterator[Curve]
     levels = np.unique(site.values(channel))
     if len(levels) < 3:
         return
-    scale = number(site.scale(channel))
+    size = site.scale(channel)
+    scale = number(size)
     square = fresh(model, f"{stem}_square", _BOX, "", 0.0)
     cube = fresh(model, f"{stem}_cube", _BOX, "", 0.0)
 
@@ -56,6 +59,8 @@ def curves(model: Model, site: Site, channel: str, stem: str) -> Iterator[Curve]
         every,
         ({p.name: 0.1 for p in every}, {p.name: -0.1 for p in every}),
     )
+    low, high = float(levels[0]), float(levels[-1])
+    moved = [fresh(model, f"{stem}_offset", (-size, size), site.unit(channel), 0.0)] if low > 0 or high < 0 else []
     for places in ((0.5,), (0.25, 0.5, 0.75)):
         quantiles = np.unique(np.quantile(site.values(channel), places))
         kinks = [float(x) for x in quantiles if levels[0] < x < levels[-1]]
@@ -64,20 +69,20 @@ def curves(model: Model, site: Site, channel: str, stem: str) -> Iterator[Curve]
         slopes = sloped(len(kinks))
         yield (
             f"{len(kinks) + 1} straight pieces",
-            _broken([number(x) for x in kinks], slopes),
-            slopes,
-            ({p.name: 0.3 for p in slopes}, {p.name: -0.3 for p in slopes}),
+            _broken([number(x) for x in kinks], slopes, moved),
+            [*slopes, *moved],
+            tuple({p.name: a for p in slopes} | {p.name: 0.0 for p in moved} for a in (0.3, -0.3)),
         )
-    low, high = float(levels[0]), float(levels[-1])
     ends = [fresh(model, f"{stem}_{at}", (low, high), site.unit(channel)) for at in ("first_kink", "second_kink")]
     slopes = sloped(2)
     yield (
         "3 straight pieces",
-        _broken([p.symbol for p in ends], slopes),
-        [*slopes, *ends],
+        _broken([p.symbol for p in ends], slopes, moved),
+        [*slopes, *ends, *moved],
         tuple(
             {slopes[0].name: a, slopes[1].name: b}
             | {p.name: low + share * (high - low) for p, share in zip(ends, (0.35, 0.65), strict=True)}
+            | {p.name: 0.0 for p in moved}
             for a, b in ((0.5, -0.5), (-0.3, 0.5))
         ),
     )
@@ -88,10 +93,12 @@ def slope_changes(values: Mapping[str, float], stem: str) -> str:
     return ", ".join(f"{value:+.0%}" for name, value in values.items() if name.startswith(f"{stem}_kink_"))
 
 
-def _broken(kinks: Sequence[sympy.Expr], slopes: list[Parameter]) -> Callable[[sympy.Expr], sympy.Expr]:
+def _broken(
+    kinks: Sequence[sympy.Expr], slopes: Sequence[Parameter], moved: Sequence[Parameter]
+) -> Callable[[sympy.Expr], sympy.Expr]:
     def bent(x: sympy.Expr) -> sympy.Expr:
-        # Zero stays zero: a curve is no bias.
         hinges = (larger(0, x - kink) - larger(0, -kink) for kink in kinks)
-        return x + sum((p.symbol * hinge for p, hinge in zip(slopes, hinges, strict=True)), sympy.Integer(0))
+        terms = [p.symbol * hinge for p, hinge in zip(slopes, hinges, strict=True)]
+        return x + sum(terms + [p.symbol for p in moved], sympy.Integer(0))
 
     return bent
