@@ -234,10 +234,12 @@ def _seen(signals: Mapping[str, Array], case: Case) -> Array:
 
 def _run(model: Model, case: Case, values: Mapping[str, float]) -> Array:
     """Run freely from where the base model's states are while the input rests; give the outputs over their scales."""
-    channels = case.site.data.experiments[0].values
-    # Later lags of an extended model must not delay its start against the base.
-    initial = {name: case.free_run[name] for name in case.model.states}
-    return _seen(simulate(model, channels, values, initial, check=False), case)
+    # Other lags of an extended model must not move its start against the base.
+    first = max(0, case.model.max_lag - model.max_lag)
+    channels = {name: samples[first:] for name, samples in case.site.data.experiments[0].values.items()}
+    initial = {name: case.free_run[name][first:] for name in case.model.states}
+    run = _seen(simulate(model, channels, values, initial, check=False), case)
+    return np.concatenate([_seen(case.free_run, case)[:first], run])
 
 
 @lru_cache(maxsize=1)

@@ -1,7 +1,8 @@
 """Direction: rising and falling follow different dynamics.
 
-Of the output: the increment e of a state becomes ``e + c |e|``, faster by 1 + c up and 1 - c down.  Of the input: a
-parameter becomes ``p + dp d`` with d = +1 after the input rose and -1 after it fell, held while it stands still.
+Of the output: the increment e of a state becomes ``e + c |e|``, faster by 1 + c up and 1 - c down; a line of order two
+goes on at this pace (`smid.diagnosis.effects.parts.stretched`).  Of the input: a parameter becomes ``p + dp d`` with d
+= +1 after the input rose and -1 after it fell, held while it stands still.
 Reference: the filling and emptying of the clutch, hybrid thesis.
 """
 
@@ -15,6 +16,7 @@ import sympy
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.naming import free_name, fresh, signal_of
 from smid.diagnosis.effects.parts.plant import output_signal, state_lines, with_increment
+from smid.diagnosis.effects.parts.stretched import stretched
 from smid.diagnosis.effects.parts.varying import Varied, extensions
 from smid.models import Model, signal, t
 
@@ -25,8 +27,10 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
     """Scale the increment of each state by its sign; then let parameters depend on the direction of output or input."""
     for state in state_lines(model):
         bend = fresh(model, f"{state.own}_directional", (-0.95, 0.95), "", 0.0)
-        size = sympy.Abs(state.increment, evaluate=False)  # see `swapped`
-        extended = with_increment(model, state, state.increment + bend.symbol * size, [bend])
+        extended = stretched(model, state, partial(_by_direction, bend.symbol), [bend])
+        if extended is None:
+            size = sympy.Abs(state.increment, evaluate=False)  # see `swapped`
+            extended = with_increment(model, state, state.increment + bend.symbol * size, [bend])
         yield Extension(
             extended, ({bend.name: 0.3}, {bend.name: -0.3}), f"{state.own} rising and falling", describe=_bent
         )
@@ -54,6 +58,10 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
         states_only=True,
         kinds=("pace",),
     )
+
+
+def _by_direction(bend: sympy.Expr, increment: sympy.Expr) -> sympy.Expr:
+    return 1 + bend * sympy.sign(increment)
 
 
 def _bent(values: Mapping[str, float], site: Site) -> str:

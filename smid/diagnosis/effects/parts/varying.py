@@ -5,6 +5,7 @@ w[t-1] + exp(c s) (f - w[t-1])``; the gain at rest stays.  Of a sampled lag with
 short, it is ``(1 - p^m) / (1 - p)``, m the mean of ``exp(c s)`` while the sample passes: its pole is ``exp(-T / tau)``.
 Where s depends on the state, the time q that the lag has gone on for obeys ``q' = exp(c s(q))`` and m = q(1), by one
 step of the classical Runge-Kutta method (Hairer, Noersett and Wanner, Solving Ordinary Differential Equations I, II.1).
+For a line of order two see `smid.diagnosis.effects.parts.stretched`.
 The *gain* multiplies what drives the state and not its own past.  Both are positive factors, hence the exponential; dp
 and c have the null value 0.
 """
@@ -30,6 +31,7 @@ from smid.diagnosis.effects.parts.plant import (
     state_lines,
     with_increment,
 )
+from smid.diagnosis.effects.parts.stretched import stretched
 from smid.models import Model, Parameter
 from smid.models.symbols import plain_symbols, references, swapped
 
@@ -121,18 +123,24 @@ def extensions(
     for state in state_lines(model):
         for kind in kinds:
             amount = fresh(model, f"{state.own}_{kind}_{suffix}", (-_MOST, _MOST), "", 0.0)
-            factor = sympy.exp(amount.symbol * vary(state.lag))
+            factor: sympy.Expr = sympy.exp(amount.symbol * vary(state.lag))
             drive = state.drive
-            grown = _quickened(state, factor) if kind == "pace" else state.increment + (factor - 1) * drive
             if kind == "gain" and drive == 0:
                 continue
-            extended = with_increment(model, state, grown, [amount, *shape])
+            extended = stretched(model, state, partial(_whatever, factor), [amount, *shape]) if kind == "pace" else None
+            if extended is None:
+                grown = _quickened(state, factor) if kind == "pace" else state.increment + (factor - 1) * drive
+                extended = with_increment(model, state, grown, [amount, *shape])
             starts = tuple({amount.name: sign * 0.1, **place} for place in places for sign in (-1, 1))
             varied, named = Varied(state.own, kind, amount.name), f"{kind} of {state.own} {label}".rstrip()
             found.append(Extension(extended, starts, named, describe=partial(describe, varied)))
         if parameters and state.order > 1 and not shape:
             found += _together(model, state, suffix, vary, describe, label)
     return tuple(found)
+
+
+def _whatever(factor: sympy.Expr, _increment: sympy.Expr) -> sympy.Expr:
+    return factor
 
 
 def _quickened(state: StateLine, factor: sympy.Expr) -> sympy.Expr:
