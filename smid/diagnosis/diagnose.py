@@ -34,6 +34,7 @@ from smid.diagnosis.proof.emptiness import Emptiness, prove_empty
 from smid.diagnosis.search.compare import rms, spread, structure
 from smid.diagnosis.search.evidence import evidence
 from smid.diagnosis.search.guarded import Failure, guarded
+from smid.diagnosis.search.heard import heard
 from smid.diagnosis.search.noise_model import noise_model
 from smid.diagnosis.search.posterior import Posterior, posterior
 from smid.diagnosis.search.ranking import Visited
@@ -173,6 +174,8 @@ def diagnose(
         looked = _look(model, record, base, None, chosen, pool, say)
     if windowed:
         looked = _look_at_all(looked, _record(model, parts.seen, output, bound), chosen, say)
+    elif looked.found.interrupted:
+        looked = _heard(looked, chosen, seconds - (time.monotonic() - began))
     found = posterior(looked.found.visited, looked.same)
     left_over = max(seconds - (time.monotonic() - began), _LEAST_PROVING)
     proof = None
@@ -257,18 +260,27 @@ def _look(
     begun = before.found.visited[0].effects.trials if before else ()
     found = search(seen, base, chosen, pool, say, begun)
     looked = _Looked(seen, base, shown, found, glitches)
-    if before or found.interrupted:
+    if before:
         return looked
     left = _glitches(record, found.visited[0].effects.fit, chosen)
     if glitches and left is None:
         # A limit that is reached briefly looks like a glitch until it is in the model.
         return replace(looked, record=record, glitches=None)
-    if left is None or _same(left, glitches):
+    if found.interrupted or left is None or _same(left, glitches):
         return looked
     say("the extended model shows glitches: searching again without them")
     with suppress(TimeIsUp):
         return _look(model, record, base, looked, chosen, pool, say)
     return replace(looked, found=replace(found, interrupted=True))
+
+
+def _heard(looked: _Looked, chosen: Sequence[Effect], seconds: float) -> _Looked:
+    """Compare the effects on the noise, which a search that was ended has not come to."""
+    record, sets = replace(looked.record, used=looked.base.used), [one.effects for one in looked.found.visited]
+    with suppress(TimeIsUp, KeyboardInterrupt), time_limit(max(seconds, _LEAST_PROVING)):
+        visited = heard(record, looked.base, sets, chosen)
+        return replace(looked, found=replace(looked.found, visited=visited))
+    return looked
 
 
 def _look_at_all(looked: _Looked, record: Record, chosen: Sequence[Effect], say: Progress) -> _Looked:
@@ -338,9 +350,10 @@ def _assemble(
         detected(e, d, record.site(final), found.probability.get(e.name, d.confidence), rms(after))
         for e, d in detections
     ]
-    # Glitches that show only with the extended model are smaller than the named causes.
+    # Glitches that show only with the extended model are smaller than the named causes. What is ambiguous comes last.
     first = 1 if looked.glitches and _glitches(record, base.fit, chosen) else 0
-    causes = (*noise[:first], *named, *noise[first:])
+    causes = [*noise[:first], *named, *noise[first:]]
+    causes.sort(key=lambda cause: cause.effect in found.alternatives[:1])
     verdict = Verdict.AMBIGUOUS if found.alternatives else Verdict.NAMED if causes else Verdict.NONE
     extended = final.model
     for _, detection in detections:
@@ -361,7 +374,7 @@ def _assemble(
         output=output,
         unit=data.channel(output).unit,
         verdict=verdict,
-        causes=causes,
+        causes=tuple(causes),
         details=tuple(details),
         doubts={name: found.probability[name] for name in found.doubts},
         misfit=looked.shown,
@@ -417,8 +430,6 @@ def _noise_effects(
     """Return the effects on the noise: glitches, then those of the chosen set, then those that compete with none."""
     result = [looked.glitches] if looked.glitches else []
     result += [found.chosen.effects.detected] if found.chosen.effects.detected else []
-    if looked.found.interrupted or found.alternatives:
-        return result
     for effect in chosen:
         if effect.detect is not None and not effect.marks_glitches:
             detection = guarded(effect.name, effect.detect, final.model, looked.record.site(final))

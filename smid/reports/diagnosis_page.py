@@ -104,6 +104,8 @@ def _result(diagnosis: Diagnosis, notes: Sequence[str]) -> Iterator[str]:
     rest = "the experiment below can decide between the causes" if ambiguous else "no effect of the library explains it"
     left = f" The remaining error is not only noise: {rest}." if diagnosis.unexplained else ""
     yield diagnosis.gain_sentence + left
+    if diagnosis.name_proof is not None:
+        yield _spoken_in(diagnosis.name_proof.sentence, diagnosis.name_proof.causes)
     yield from notes
 
 

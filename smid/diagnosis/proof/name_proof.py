@@ -39,11 +39,14 @@ class NameProof(Result):
     >>> from smid.diagnosis.proof.decide import Status
     >>> excluded = Decision(Status.EXCLUDED, 20, 59, ((31, 0.4),), "", 0.2)
     >>> feasible = Decision(Status.FEASIBLE, 20, 59, (), "", 0.1)
-    >>> print(NameProof(0.06, "bar", "run", 20, 59, ("gain",), excluded, feasible, "", {}, False, 0.3))
-    Proof of the name on samples 20 to 59 of run, within 0.06 bar; parameters without a box: at most 10 times their fit.
+    >>> about = (0.1, "bar", "run", 20, 59, ("gain",))
+    >>> print(NameProof(*about, excluded, feasible, "", {}, False, 0.3))
+    Proof of the name on samples 20 to 59 of run, within 0.1 bar; parameters without a box: at most 10 times their fit.
     model       on these samples  most influential, or why undecided
     base model  excluded          31
     with gain   feasible
+    >>> NameProof(*about, excluded, feasible, "gain", {"lag": excluded}, False, 0.3).sentence
+    'Proof on samples 20 to 59 of run, within 0.1 bar: base model excluded; with gain feasible; 1 of 1 rivals excluded.'
     """
 
     noise_bound: float
@@ -62,8 +65,22 @@ class NameProof(Result):
     @property
     def title(self) -> str:
         """What the proof is about."""
+        return f"Proof of the name on {self._about}; {ASSUMED}{' (interrupted)' if self.interrupted else ''}."
+
+    @property
+    def sentence(self) -> str:
+        """The decisions in short."""
+        said = [f"base model {self.base.status}"]
+        if self.extended is not None:
+            said.append(f"with {', '.join(self.causes)} {self.extended.status}")
+        if self.rivals:
+            said.append(f"{sum(r.excluded for r in self.rivals.values())} of {len(self.rivals)} rivals excluded")
+        return f"Proof on {self._about}: {'; '.join(said)}."
+
+    @property
+    def _about(self) -> str:
         about = f"samples {self.first} to {self.last} of {self.experiment}, within {self.noise_bound:g} {self.unit}"
-        return f"Proof of the name on {about.rstrip()}; {ASSUMED}{' (interrupted)' if self.interrupted else ''}."
+        return about.rstrip()
 
     @property
     def decisions(self) -> Iterator[tuple[str, Decision]]:

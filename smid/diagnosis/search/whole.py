@@ -8,8 +8,9 @@ from dataclasses import replace
 
 from relaxations.deadline import Progress
 from smid.diagnosis.effects.effect import Effect
-from smid.diagnosis.search.effect_set import EffectSet, put_again, with_noise_effects
-from smid.diagnosis.search.ranking import Ranking, Visited
+from smid.diagnosis.search.effect_set import EffectSet, put_again
+from smid.diagnosis.search.heard import heard
+from smid.diagnosis.search.ranking import Visited
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.search import Found
 from smid.diagnosis.search.trial import REACH, Base
@@ -39,10 +40,7 @@ def compared(record: Record, base: Base, found: Found, effects: Sequence[Effect]
         again = put_again(one.effects.trials, base, by_name, one.effects.fit.model.values)
         if again is not None:
             sets[again.names] = again
-    ranking = Ranking(record, base.errors, len(effects))
-    leader = ranking.rank(sets.values())[0].effects
-    heard = [one for one in with_noise_effects(leader, record, base.fit, effects) if isinstance(one, EffectSet)]
-    return replace(found, visited=ranking.rank([*sets.values(), *heard]))
+    return replace(found, visited=heard(record, base, sets.values(), effects))
 
 
 def _is_part(one: Visited, best: Visited) -> bool:

@@ -245,7 +245,9 @@ def test_the_page_says_which_rivals_are_excluded_by_proof(named, tmp_path):
     page = read(report(proven, tmp_path / "r.html"))
     proof = proven.name_proof
     assert proof.title.rstrip(".") in page.text
-    assert f"with {spoken(named.causes[0].effect)}" in page.text
+    excluded = sum(found.excluded for found in proof.rivals.values())
+    with_cause = f"with {spoken(named.causes[0].effect)}"
+    assert f"{with_cause} {proof.extended.status}; {excluded} of {len(proof.rivals)} rivals excluded." in page.text
     for name, found in proof.rivals.items():
         assert f"with {spoken(name)} in place of {spoken(proof.against)}" in page.text
         assert ("; excluded by proof" if found.excluded else "; not excluded by proof") in page.text

@@ -6,7 +6,7 @@ from scipy.signal import lfilter
 
 from smid import Dataset
 from smid.diagnosis import EFFECTS, Site, diagnose
-from tests.smid.diagnosis.lag_records import BOUND, LAG, autoregressive, dead_zone, lag, record, steps
+from tests.smid.diagnosis.lag_records import BOUND, LAG, autoregressive, dead_zone, known_lag, lag, record, steps
 
 BY_NAME = {effect.name: effect for effect in EFFECTS}
 TRUE = LAG.with_values({"a1": -0.8, "b0": 0.5})
@@ -112,6 +112,50 @@ def test_interrupted_in_its_second_look_it_tells_what_the_first_has_found():
     found = diagnose(LAG, data, BOUND, effects, certify=False, workers=1, progress=progress)
     assert found.interrupted
     assert [c.effect for c in found.causes] == ["input_dead_zone", "outliers"]
+
+
+def test_interrupted_it_still_compares_effects_on_the_noise():
+    def progress(line):
+        if line.startswith("best so far"):
+            raise KeyboardInterrupt
+
+    u, step = steps(0, 500), 0.2
+    w = lag(dead_zone(u, 0.3))
+    hiding = {
+        "quantisation": record(u, step * np.round(w / step), bound=0.0),
+        "input_noise": record(u + 0.1 * white(1), w, bound=0.005),
+    }
+    for name, data in hiding.items():
+        effects = ["input_dead_zone", "input_bias", name]
+        found = diagnose(LAG, data, None, effects, certify=False, workers=1, progress=progress)
+        assert found.interrupted
+        assert [c.effect for c in found.causes] == ["input_dead_zone", name]
+
+
+@pytest.mark.parametrize("stopped", [False, True])
+def test_a_limit_that_is_reached_briefly_is_no_glitch(stopped):
+    def progress(line):
+        if stopped and line.startswith("best so far"):
+            raise KeyboardInterrupt
+
+    u = steps(0, 400)
+    w = lag(u)
+    data = record(u, np.minimum(w, np.quantile(w, 0.98)), bound=0.005)
+    effects = ["outliers", "output_saturation", "input_bias"]
+    found = diagnose(LAG, data, None, effects, certify=False, workers=1, progress=progress)
+    assert found.interrupted == stopped
+    assert [c.effect for c in found.causes] == ["output_saturation"]
+
+
+def test_what_is_ambiguous_is_told_after_the_rounding():
+    u = np.repeat(np.random.default_rng(1).integers(0, 2, 100), 4).astype(float)
+    data = record(u, 0.1 * np.round(lag(0.7 * u) / 0.1), bound=0.0)
+    effects = ["gain", "input_saturation", "quantisation"]
+    found = diagnose(known_lag(), data, None, effects, certify=False, workers=1)
+    assert found.verdict == "ambiguous"
+    assert set(found.alternatives) == {"gain", "input_saturation"}
+    assert [c.effect for c in found.causes][:-1] == ["quantisation"]
+    assert found.causes[-1].effect in found.alternatives
 
 
 def test_glitches_that_nobody_asked_about_stay_in():
