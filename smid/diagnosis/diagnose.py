@@ -233,11 +233,17 @@ class _Looked:
     glitches: tuple[Effect, Detection] | None
 
     def same(self, first: Visited, second: Visited) -> bool:
-        """Return whether no experiment could tell two sets apart: they differ by less than the error left."""
-        record = self.record
-        rivals = {"first": first.effects.fit, "second": second.effects.fit}
-        experiment = separating_experiment(rivals, record.data, record.input, record.output)
-        left = rms(record.part(record.residual(first.effects.fit)))
+        """Return whether a set says no more than another one, which is likelier.
+
+        No experiment could tell them apart: they differ by less than the error left. Or it has more numbers, and gives
+        the run of the other one on this record, within what a nat tells: the further numbers do nothing.
+        """
+        record, one, other = self.record, first.effects.fit, second.effects.fit
+        left, output = rms(record.part(record.residual(one))), record.output
+        apart = record.part(tuple(a[output] - b[output] for a, b in zip(one.simulated, other.simulated, strict=True)))
+        if other.n_free > one.n_free and np.sum(np.concatenate(apart) ** 2) <= 2 * left**2:
+            return True
+        experiment = separating_experiment({"first": one, "second": other}, record.data, record.input, output)
         return experiment is not None and experiment.difference <= left
 
 

@@ -105,7 +105,8 @@ def _memory(x: sympy.IndexedBase, z: sympy.IndexedBase, rate: Parameter) -> symp
 def _preisach(model: Model, channel: str, stem: str, low: float, high: float, unit: str) -> Extension:
     span = high - low
     share = fresh(model, f"{stem}_relay_share", (-2.0, 0.98), "", 0.0)
-    decay = fresh(model, f"{stem}_relay_decay", (-6.0, 6.0))
+    # If relays far apart weighed most, hardly any would switch: a bias.
+    decay = fresh(model, f"{stem}_relay_decay", (-1.0, 6.0))
     bottom = fresh(model, f"{stem}_relay_bottom", (low - span, low + 0.25 * span), unit)
     top = fresh(model, f"{stem}_relay_top", (high - 0.25 * span, high + span), unit)
     middle, half = (top.symbol + bottom.symbol) / 2, (top.symbol - bottom.symbol) / 2

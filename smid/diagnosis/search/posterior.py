@@ -3,7 +3,8 @@
 The probability of an effect is the share of exp(merit) that the sets with it hold, among all sets visited.  An effect
 is *named* from `NAMED` on.  The record is *ambiguous* where effects that are not named reach `NAMED` together: one of
 them is there, but which one it does not tell.  All others from `DOUBTED` on are doubts.  Two effects that no experiment
-could tell apart are one equation under two names, and count as the likelier of them.
+could tell apart are one equation under two names, and count as the likelier of them. So does an effect with further
+numbers that do nothing on the record.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ Element = tuple[str, int]
 """Name of an effect, and how often it is there before."""
 
 Same = Callable[[Visited, Visited], bool]
-"""Whether no experiment could tell two sets apart."""
+"""Whether the second set says no more than the first, which is likelier."""
 
 
 @dataclass(frozen=True, eq=False)

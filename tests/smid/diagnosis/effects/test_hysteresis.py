@@ -42,6 +42,15 @@ def test_relays_are_followed_whose_ends_the_record_does_not_reach(begun: float) 
     assert after < 0.12 * before
 
 
+def test_no_hysteresis_is_a_bias() -> None:
+    u = np.repeat(np.random.default_rng(3).uniform(-1, 1, 60), 10)
+    data = record(u, lag(u) + 0.3, bound=0.02)
+    base = fitted_base(OutputError(stable=True), data, (np.ones(len(u), bool),), "u", "y")
+    trial = try_effect(EFFECT, base)
+    assert trial is not None
+    assert np.std(trial.fit.residual(data, "y")[0]) > 2 * 0.02 / np.sqrt(3)
+
+
 def test_a_loop_keeps_the_ends_of_the_range() -> None:
     case = cases()[0]
     for extension in EFFECT.extend(case.model, case.site):

