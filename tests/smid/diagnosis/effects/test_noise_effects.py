@@ -114,11 +114,12 @@ def test_interrupted_in_its_second_look_it_tells_what_the_first_has_found():
     assert [c.effect for c in found.causes] == ["input_dead_zone", "outliers"]
 
 
-def test_interrupted_it_still_compares_effects_on_the_noise():
-    def progress(line):
-        if line.startswith("best so far"):
-            raise KeyboardInterrupt
+def stop_at_the_best(line):
+    if line.startswith("best so far"):
+        raise KeyboardInterrupt
 
+
+def test_interrupted_it_still_compares_effects_on_the_noise():
     u, step = steps(0, 500), 0.2
     w = lag(dead_zone(u, 0.3))
     hiding = {
@@ -127,21 +128,17 @@ def test_interrupted_it_still_compares_effects_on_the_noise():
     }
     for name, data in hiding.items():
         effects = ["input_dead_zone", "input_bias", name]
-        found = diagnose(LAG, data, None, effects, certify=False, workers=1, progress=progress)
+        found = diagnose(LAG, data, None, effects, certify=False, workers=1, progress=stop_at_the_best)
         assert found.interrupted
         assert [c.effect for c in found.causes] == ["input_dead_zone", name]
 
 
 @pytest.mark.parametrize("stopped", [False, True])
 def test_a_limit_that_is_reached_briefly_is_no_glitch(stopped):
-    def progress(line):
-        if stopped and line.startswith("best so far"):
-            raise KeyboardInterrupt
-
     u = steps(0, 400)
     w = lag(u)
     data = record(u, np.minimum(w, np.quantile(w, 0.98)), bound=0.005)
-    effects = ["outliers", "output_saturation", "input_bias"]
+    effects, progress = ["outliers", "output_saturation", "input_bias"], stop_at_the_best if stopped else None
     found = diagnose(LAG, data, None, effects, certify=False, workers=1, progress=progress)
     assert found.interrupted == stopped
     assert [c.effect for c in found.causes] == ["output_saturation"]
