@@ -42,6 +42,7 @@ Errors = tuple[tuple[int, str, Array, Array], ...]
 
 _MOST_INITIAL = 12
 _SETTLING = 400
+_HALVINGS = 10  # of the way back to where a number still does something
 _LEVELS = 9  # at which an abrupt memory may begin
 _BEGINNING = 25  # samples per state for the initial states of an experiment that is not fitted
 _SMALL, _ENDLESS = 1e-6, 0.95  # change in the second half over change in the first: settled below, no limit above
@@ -406,22 +407,38 @@ class Fitting:
         def slopes(x: Array) -> Array:
             return np.nan_to_num(self.jacobian(whole(x))[:, moves], posinf=0.0, neginf=0.0)
 
-        # Minimise over the free numbers.
-        try:
-            found = least_squares(
-                error,
-                inside[moves],
-                jac="2-point" if self.difference else slopes,
-                bounds=(lower[moves], upper[moves]),
-                x_scale="jac",
-                max_nfev=evaluations,
-                ftol=tolerance,
-                xtol=1e-9,
-                gtol=1e-12,
-            )
-        except (ValueError, np.linalg.LinAlgError):  # a step to the stability limit
-            return inside, cost
-        return whole(found.x), float(2 * found.cost)
+        def found(start: Array, low: Array, high: Array) -> tuple[Array, float, Mask]:
+            """Minimise over the free numbers; return where it ended, the cost, and which numbers do nothing there."""
+            try:
+                end = least_squares(
+                    error,
+                    start,
+                    jac="2-point" if self.difference else slopes,
+                    bounds=(low, high),
+                    x_scale="jac",
+                    max_nfev=evaluations,
+                    ftol=tolerance,
+                    xtol=1e-9,
+                    gtol=1e-12,
+                )
+            except (ValueError, np.linalg.LinAlgError):  # a step to the stability limit
+                return start, cost, np.zeros(start.size, bool)
+            return end.x, float(2 * end.cost), np.asarray(~np.asarray(end.jac).any(axis=0))
+
+        start, low, high = inside[moves], lower[moves], upper[moves]
+        reached, least, idle = found(start, low, high)
+        # A number that ran off to where nothing depends on it, as a state beyond a stop, comes back to the edge.
+        lost = idle & ~np.isclose(reached, start)
+        if lost.any() and not idle.all():
+            inner, outer = np.where(lost, start, reached), reached
+            for _ in range(_HALVINGS):
+                middle = (inner + outer) / 2
+                alive = lost & slopes(middle).any(axis=0)
+                inner, outer = np.where(alive, middle, inner), np.where(alive, outer, middle)
+            low, high = np.where(outer < inner, outer, low), np.where(outer > inner, outer, high)
+            again, other, _ = found(inner, low, high)
+            reached, least = (again, other) if other < least * (1 + tolerance) else (reached, least)
+        return whole(reached), least
 
     def result(self, vector: Array, cost: float) -> Fit:
         """Return the fit at a vector; experiments without fitted samples get the best initial states."""

@@ -24,31 +24,16 @@ from scipy.optimize import minimize
 from relaxations.algebra.arrays import Array
 from smid.diagnosis.effects.effect import Detection, Effect, Site, on_the_noise
 from smid.diagnosis.evidence.autoregression import LARGEST_ORDER, autoregression
+from smid.diagnosis.evidence.passed_noise import passed_noise
 from smid.models import Model
-from smid.models.simulate import simulate
 
-_PERTURBATIONS = 12
 _LEAST_RATIO = 30.0  # twice the log of the likelihood ratio against white noise
-_SEED = 7
 # Twice the log-likelihood that one parameter more gains by chance in one case of six hundred (chi-squared).
 _ONE_MORE = 10.0
 
 
 def _periodogram(samples: Array) -> Array:
     return np.asarray(np.abs(np.fft.rfft(samples - samples.mean()))[1:] ** 2 / len(samples))
-
-
-def _response(model: Model, values: Mapping[str, Array], channel: str, output: str) -> Array:
-    """Return the mean periodogram of the output's answer to white input noise of variance one."""
-    generator = np.random.default_rng(_SEED)
-    size = 1e-3 * (float(np.std(values[channel])) or 1.0)
-    plain = simulate(model, values, check=False)[output]
-    spectra = []
-    for _ in range(_PERTURBATIONS):
-        noise = generator.normal(size=len(plain))
-        moved = simulate(model, {**values, channel: values[channel] + size * noise}, check=False)[output]
-        spectra.append(_periodogram((moved - plain) / size))
-    return np.asarray(np.mean(spectra, axis=0))
 
 
 def _whittle(spectrum: Array, density: Array) -> float:
@@ -100,7 +85,8 @@ def _detect(model: Model, site: Site) -> Detection | None:
         return None  # known to be noisy already
     longest = int(np.argmax([len(r) for r in site.residual]))
     spectrum = _periodogram(site.residual[longest])
-    answer = _response(model, site.data.experiments[longest].values, site.input, site.output)
+    answers = passed_noise(model, site.data.experiments[longest].values, site.input, site.output)
+    answer = np.mean([_periodogram(one) for one in answers], axis=0)
     if not (np.isfinite(answer).all() and answer.max() > 0 and len(spectrum) > 40):
         return None
     # A smooth density: the mean of few periodograms is rough, and a rough density is punished.

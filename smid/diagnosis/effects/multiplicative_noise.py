@@ -1,8 +1,9 @@
 """The noise grows with the level: ``var e = a^2 + (b w)^2``, as in a flow meter whose error is a share of the reading.
 
 No free run can follow it. The Gaussian likelihood of the residual, whitened by its autoregression, with this variance
-is compared with that of a constant one and, so that an error of the dynamics is not taken for noise, with those of a
-variance that grows with the speed of the output and with time. b is zero without the effect.
+is compared with that of a constant one and, so that another error is not taken for noise of the output, with those of
+a variance that grows with the speed of the output, with time, and as the model passes on white noise at its input. b is
+zero without the effect.
 Reference: Davidian and Carroll, Journal of the American Statistical Association 82 (1987) 1079-1091.
 """
 
@@ -17,6 +18,7 @@ from relaxations.algebra.arrays import Array
 from smid.diagnosis.effects.effect import Detection, Effect, Site, on_the_noise
 from smid.diagnosis.effects.parts.naming import quantity
 from smid.diagnosis.evidence.autoregression import autoregression
+from smid.diagnosis.evidence.passed_noise import passed_noise
 from smid.models import Model
 
 _LEAST_RATIO = 30.0  # twice the log of the likelihood ratio against a constant variance
@@ -27,14 +29,16 @@ _RANGE = 8.0  # of the log of the share of the variance that grows
 def _detect(model: Model, site: Site) -> Detection | None:
     longest = int(np.argmax([len(r) for r in site.residual]))
     residual = site.residual[longest]
-    level = site.data.experiments[longest].values[site.output] - residual
+    run = site.data.experiments[longest]
+    level = run.values[site.output] - residual
     described = autoregression(residual)
     error = described.whiten(residual - residual.mean())
     if not (error.size and np.isfinite(level).all() and described.innovation > 0):
         return None
     level, time = level[-error.size :], np.arange(error.size) / error.size
     ratio, constant, share = _grown(error, level)
-    rivals = [_grown(error, x)[0] for x in (np.gradient(level), time, 1 - time)]
+    passed = np.std(passed_noise(model, run.values, site.input, site.output), axis=0)[-error.size :]
+    rivals = [_grown(error, x)[0] for x in (np.gradient(level), time, 1 - time, passed)]
     if ratio < max(_LEAST_RATIO, *(rival + _ONE_MORE for rival in rivals)):
         return None
     # Of the residual itself, in the output's unit.

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 import sympy
 
+from relaxations.algebra.arrays import Array
 from smid import DataError, Dataset, Hammerstein, OutputError, Parameter
-from smid.fitting.fit import fit
+from smid.diagnosis.effects.effect import Site
+from smid.diagnosis.effects.input_backlash import extend
+from smid.fitting.fit import Fitting, fit
 from smid.models import VALUE, Measurement, Model, simulate
 
 RNG = np.random.default_rng(5)
@@ -95,3 +98,19 @@ def test_a_fit_prints_its_model_and_its_cost() -> None:
     assert model == str(found.model)
     assert cost.startswith(f"{found.n_free} fitted numbers")
     assert len(found.to_dict()["simulated"][0]["y"]) == 2000
+
+
+@pytest.mark.parametrize(("seed", "gap"), [(25, 0.3), (25, 1.5), (26, 0.3), (28, 0.75)])
+def test_a_state_that_ran_off_beyond_its_stop_comes_back(seed: int, gap: float) -> None:
+    rng = np.random.default_rng(seed)
+    command = np.repeat(rng.uniform(-1.5, 1.5, 25), 10)
+    stop = next(extend(OutputError(), Site(_record(command, command), "u", "y", (command,)))).model
+    y = simulate(stop, {"u": command}, {"a1": -0.78, "b0": -0.38, "backlash_gap": 0.9})["y"][53:]
+    noise = 0.01 * rng.normal(size=y.size)
+    problem = Fitting(stop, _record(command[53:], y + noise), [np.ones(y.size, bool)])
+    _, cost = problem.solve(problem.start({"a1": -0.9, "b0": -0.2, "backlash_gap": gap}), 200)
+    assert cost * problem.scale["y"] ** 2 < np.sum(noise**2)
+
+
+def _record(u: Array, y: Array) -> Dataset:
+    return Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=1.0)

@@ -6,16 +6,17 @@ from scipy.signal import lfilter
 
 from smid import Dataset
 from smid.diagnosis import EFFECTS, Site, diagnose
+from smid.models import Model, simulate
 from tests.smid.diagnosis.lag_records import BOUND, LAG, autoregressive, dead_zone, known_lag, lag, record, steps
 
 BY_NAME = {effect.name: effect for effect in EFFECTS}
 TRUE = LAG.with_values({"a1": -0.8, "b0": 0.5})
 
 
-def detection(name: str, u: np.ndarray, y: np.ndarray):
+def detection(name: str, u: np.ndarray, y: np.ndarray, model: Model = TRUE):
     """Ask an effect, of the true model."""
     data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=0.1, units={"u": "V", "y": "bar"})
-    return BY_NAME[name].detect(TRUE, Site(data, "u", "y", (y - lag(u),)))
+    return BY_NAME[name].detect(model, Site(data, "u", "y", (y - simulate(model, {"u": u})["y"],)))
 
 
 def white(seed: int, n: int = 500) -> np.ndarray:
@@ -193,3 +194,11 @@ def test_other_noise_does_not_grow_with_the_level():
         for noise in (white(seed), pink, with_time * white(seed), with_speed * white(seed)):
             taken += detection("multiplicative_noise", u, w + 0.05 * noise) is not None
     assert taken <= 1
+
+
+def test_noise_of_the_input_that_a_curve_passes_on_does_not_grow_with_the_level():
+    curved = TRUE.insert_before("u", lambda u: u**2)
+    for seed in range(10):
+        u = steps(seed, 500, low=0.0)
+        y = simulate(curved, {"u": u + 0.05 * white(seed)})["y"] + 0.005 * white(seed + 50)
+        assert detection("multiplicative_noise", u, y, curved) is None
