@@ -28,6 +28,7 @@ from smid.diagnosis.evidence.misfit import Misfit, check_finite, misfit
 from smid.diagnosis.experiment import SeparatingExperiment, separating_experiment
 from smid.diagnosis.filled import counted, filled, unfilled, without_missing
 from smid.diagnosis.gain import gain
+from smid.diagnosis.glitches import Glitches, adds_none, glitches_in, glitches_of, without_glitches
 from smid.diagnosis.long_record import MOST_SAMPLES, fitted_to, shorten
 from smid.diagnosis.parts import Parts, free_run
 from smid.diagnosis.proof.emptiness import Emptiness, prove_empty
@@ -230,7 +231,7 @@ class _Looked:
     base: Base
     shown: Misfit
     found: Found
-    glitches: tuple[Effect, Detection] | None
+    glitches: Glitches | None
 
     def same(self, first: Visited, second: Visited) -> bool:
         """Return whether a set says no more than another one, which is likelier.
@@ -258,8 +259,8 @@ def _look(
 ) -> _Looked:
     """Fit the base model, and search for causes without the glitches that it, or the model found before, shows."""
     known = before.found.visited[0].effects.fit if before else base.fit
-    glitches = _glitches(record, known, chosen)
-    seen = _without(record, glitches)
+    glitches = glitches_of(record, known, chosen)
+    seen = without_glitches(record, glitches)
     base = _base(model, seen) if glitches else base
     shown = _misfit(record, base.fit)
     say(shown.sentence)
@@ -268,11 +269,11 @@ def _look(
     looked = _Looked(seen, base, shown, found, glitches)
     if before:
         return looked
-    left = _glitches(record, found.visited[0].effects.fit, chosen)
+    left = glitches_of(record, found.visited[0].effects.fit, chosen)
     if glitches and left is None:
         # A limit that is reached briefly looks like a glitch until it is in the model.
         return replace(looked, record=record, glitches=None)
-    if found.interrupted or left is None or _same(left, glitches):
+    if found.interrupted or left is None or adds_none(left, glitches):
         return looked
     say("the extended model shows glitches: searching again without them")
     with suppress(TimeIsUp):
@@ -292,8 +293,8 @@ def _heard(looked: _Looked, chosen: Sequence[Effect], seconds: float) -> _Looked
 def _look_at_all(looked: _Looked, record: Record, chosen: Sequence[Effect], say: Progress) -> _Looked:
     """Fit what a search on windows found to the whole of what may be seen, and compare it there."""
     say("fitting the base model to the whole record")
-    glitches = _glitches(record, fitted_to(looked.found.visited[0].effects.fit, record.data), chosen)
-    seen = _without(record, glitches)
+    glitches = glitches_of(record, fitted_to(looked.found.visited[0].effects.fit, record.data), chosen)
+    seen = without_glitches(record, glitches)
     base = _base(looked.base.fit.model, seen)
     found = compared(seen, base, looked.found, chosen, say)
     return _Looked(seen, base, _misfit(record, base.fit), found, glitches)
@@ -325,7 +326,7 @@ def _assemble(
     final = _likeliest(found.chosen, record)
     base_run, final_run = (free_run(f, data, parts) for f in (base.fit, final))
     errors = tuple(y - run[output] for y, run in zip(measured, final_run, strict=True))
-    bad = _glitches_in(Site(data, record.input, output, errors), final.model, chosen)
+    bad = glitches_in(Site(data, record.input, output, errors), final.model, chosen)
     failed = dict(looked.found.failed)
     if isinstance(bad, Failure):
         failed, bad = {**failed, bad.effect: bad.reason}, None
@@ -357,7 +358,7 @@ def _assemble(
         for e, d in detections
     ]
     # Glitches that show only with the extended model are smaller than the named causes. What is ambiguous comes last.
-    first = 1 if looked.glitches and _glitches(record, base.fit, chosen) else 0
+    first = 1 if looked.glitches and glitches_of(record, base.fit, chosen) else 0
     causes = [*noise[:first], *named, *noise[first:]]
     causes.sort(key=lambda cause: cause.effect in found.alternatives[:1])
     verdict = Verdict.AMBIGUOUS if found.alternatives else Verdict.NAMED if causes else Verdict.NONE
@@ -460,39 +461,6 @@ def _record(model: Model, data: Dataset, output: str, bound: float | None) -> Re
 def _base(model: Model, record: Record) -> Base:
     """Fit the base model."""
     return fitted_base(model, record.data, record.used, record.input, record.output)
-
-
-def _glitches(record: Record, fitted: Fit, chosen: Sequence[Effect]) -> tuple[Effect, Detection] | None:
-    """Return the glitches that a fit shows; None where there are none, or no effect detects them."""
-    # Samples that do not count may be the glitches.
-    site = Site(record.data, record.input, record.output, record.residual(fitted))
-    found = _glitches_in(site, fitted.model, chosen)
-    return None if isinstance(found, Failure) else found
-
-
-def _glitches_in(site: Site, model: Model, chosen: Sequence[Effect]) -> tuple[Effect, Detection] | Failure | None:
-    """Return the glitches in the residual of a site, or why the effect that detects them failed."""
-    effect = next((e for e in chosen if e.marks_glitches), None)
-    if effect is None or effect.detect is None or not all(np.isfinite(r).all() for r in site.residual):
-        return None
-    detection = guarded(effect.name, effect.detect, model, site)
-    if isinstance(detection, Failure):
-        return detection
-    return None if detection is None or detection.glitches is None else (effect, detection)
-
-
-def _without(record: Record, glitches: tuple[Effect, Detection] | None) -> Record:
-    """Return the record without glitches among the samples that count."""
-    masks = glitches[1].glitches if glitches else None
-    if masks is None:
-        return record
-    return replace(record, used=tuple(u & ~g for u, g in zip(record.used, masks, strict=True)))
-
-
-def _same(found: tuple[Effect, Detection], before: tuple[Effect, Detection] | None) -> bool:
-    """Return whether no glitch was added."""
-    new, old = found[1].glitches, before[1].glitches if before else None
-    return new is None or (old is not None and not any((n & ~o).any() for n, o in zip(new, old, strict=True)))
 
 
 def _pool(
