@@ -422,7 +422,7 @@ class Fitting:
                     gtol=1e-12,
                 )
             except (ValueError, np.linalg.LinAlgError):  # a step to the stability limit
-                return start, cost, np.zeros(start.size, bool)
+                return start, np.inf, np.zeros(start.size, bool)
             return end.x, float(2 * end.cost), np.asarray(~np.asarray(end.jac).any(axis=0))
 
         start, low, high = inside[moves], lower[moves], upper[moves]
@@ -438,7 +438,7 @@ class Fitting:
             low, high = np.where(outer < inner, outer, low), np.where(outer > inner, outer, high)
             again, other, _ = found(inner, low, high)
             reached, least = (again, other) if other < least * (1 + tolerance) else (reached, least)
-        return whole(reached), least
+        return (whole(reached), least) if least <= cost else (inside, cost)
 
     def result(self, vector: Array, cost: float) -> Fit:
         """Return the fit at a vector; experiments without fitted samples get the best initial states."""
