@@ -180,7 +180,8 @@ def _information(seen: _Seen, boxes: Mapping[int, float]) -> tuple[Array, Array]
     """Return the deviations before the record was seen, and the information of the record."""
     _, information = seen.normal()
     diagonal = np.diag(information)
-    one_sample = np.sqrt(np.divide(seen.count, diagonal, out=np.zeros_like(diagonal), where=diagonal > 0))
+    told = diagonal > seen.count * np.finfo(np.float64).tiny  # of less the deviation would overflow
+    one_sample = np.sqrt(np.divide(seen.count, diagonal, out=np.zeros_like(diagonal), where=told))
     before = one_sample.copy()
     for place, width in boxes.items():
         if np.isfinite(width):

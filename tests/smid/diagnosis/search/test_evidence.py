@@ -103,6 +103,18 @@ def test_a_glitch_that_does_not_count_moves_no_innovation():
     assert values[0] == values[1]
 
 
+def test_a_number_on_which_hardly_anything_depends_counts_as_one_on_which_nothing_does():
+    seen = noisy(0)
+    base = fitted_base(LAG, seen.data, seen.used, "u", "y")
+    ((_, _, error, slopes),) = base.errors
+    noise = NoiseModel({"y": np.array([10.0])})
+    values = []
+    for share in (0.0, 1e-160):  # whose square is no normal number
+        some = slopes * np.where(np.arange(slopes.shape[1]) == 0, share, 1.0)
+        values.append(bound_of_evidence(seen, noise, ((0, "y", error, some),), {}))
+    assert values[0] == values[1]
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_left_out_blocks_cost_little_where_the_model_is_right(seed):
     """In theory each of the k fitted numbers costs about half a nat more than where all samples were seen."""
