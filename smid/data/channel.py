@@ -13,6 +13,8 @@ class Channel:
     ----------
     unit
         As printed on axes and in tables; empty if unknown, or if the signal has none.
+    estimate_of
+        The channel that this one estimates without its noise (`smid.data.estimates`); empty if it is measured.
 
     Examples
     --------
@@ -22,6 +24,7 @@ class Channel:
 
     name: str
     unit: str = ""
+    estimate_of: str = ""
 
     def __str__(self) -> str:
         return f"{self.name} [{self.unit}]" if self.unit else self.name

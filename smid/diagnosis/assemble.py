@@ -10,6 +10,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from smid.diagnosis.cause import SAME, Cause, CauseParameter, Rival
 from smid.diagnosis.effects.effect import Describe, Detection, Effect, Site
+from smid.diagnosis.effects.input_noise import in_the_record
 from smid.diagnosis.search.compare import chance, rms, structure
 from smid.diagnosis.search.evidence import Evidence
 from smid.diagnosis.search.guarded import Failure, guarded
@@ -48,8 +49,8 @@ def too_small(
 ) -> list[Trial]:
     """Return the effects of the chosen set that the test part does not show.
 
-    The one that is missed least is judged first, and each without those before it: two that stand in for one another
-    are not both too small.
+    Noise that the residual shows too is not among them: most of it stays in the error. The one that is missed least is
+    judged first, and each without those before it: two that stand in for one another are not both too small.
 
     Parameters
     ----------
@@ -60,10 +61,12 @@ def too_small(
     noticed
         An error that is larger by this shows.
     """
+    heard = found.chosen.effects.detected
+    shown = {*found.alternatives, *([heard[0].name] if heard else [])}
     small: list[Trial] = []
     for trial, _ in reversed(ordered(found, visited)):
         rest = _lacking(found, visited, [trial.effect, *(other.effect for other in small)])
-        if trial.effect not in found.alternatives and not error(rest) - after > noticed:
+        if trial.effect not in shown and not error(rest) - after > noticed:
             small.append(trial)
     return small
 
@@ -138,8 +141,9 @@ def _rivals(trial: Trial, found: Posterior, visited: Sequence[Visited], record: 
             behind = found.chosen.merit - one.merit
             odds = float(min(np.exp(min(behind, 100.0)), _MOST_ODDS))
             error = _error(one, record)
-            model = None if one.effects.detected else one.effects.fit.model
-            rivals.append(Rival(name, error, odds, _why(name, behind, error, found, one, record), model))
+            why, fitted = _why(name, behind, error, found, one, record), one.effects.fit.model
+            on_noise = one.effects.detected or in_the_record(fitted, record.data) is not fitted
+            rivals.append(Rival(name, error, odds, why, None if on_noise else fitted))
     return tuple(rivals[:_MOST_RIVALS])
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from relaxations.deadline import Progress, TimeIsUp, check_seconds, time_limit
 from smid.data import Dataset
+from smid.data.estimates import estimate_names, with_estimates
 from smid.data.given import Given, as_dataset
 from smid.data.listing import missing_notes
 from smid.diagnosis.assemble import cause_of, detected, ordered, too_small
@@ -23,6 +24,7 @@ from smid.diagnosis.cause import Cause
 from smid.diagnosis.checks import bound_of_output, check_moving, chosen_effects, output_of
 from smid.diagnosis.diagnosis import Diagnosis, Verdict
 from smid.diagnosis.effects.effect import Detection, Effect, Site
+from smid.diagnosis.effects.input_noise import in_the_record
 from smid.diagnosis.evidence.faults import Fault, data_faults
 from smid.diagnosis.evidence.misfit import Misfit, check_finite, misfit
 from smid.diagnosis.experiment import SeparatingExperiment, separating_experiment
@@ -156,7 +158,8 @@ def diagnose(
         say(sentence)
     check_moving(model, parts.seen)
     windowed = shortened.searched is not parts.seen
-    record = _record(model, shortened.searched, output, bound)
+    estimates = [name for channel in model.exogenous_channels for name in estimate_names(channel)]
+    record = _record(model, with_estimates(shortened.searched, estimates), output, bound)
     faults = data_faults(parts.seen)
     for fault in faults:
         say(fault.sentence)
@@ -164,15 +167,17 @@ def diagnose(
     with _time_to_fit(seconds, began), _pool(executor, workers, chosen) as pool:
         say("fitting the base model")
         base = _base(model, record)
-        whole = fitted_to(base.fit, parts.seen) if windowed else base.fit
         # The test part lends its input, not its output.
-        free = free_run(whole, data, parts)
+        free = free_run(fitted_to(base.fit, parts.seen) if windowed else base.fit, data, parts)
         for run, outputs in zip(data.experiments, free, strict=True):
             check_finite(run.name, outputs[record.output][data.n_init :])
         if any(data.missing.values()):
             record = replace(record, data=filled(record.data, base.fit.simulated))
             base = _base(base.fit.model, record)
         looked = _look(model, record, base, None, chosen, pool, say)
+    # Each part has estimates of its own: what is seen does not depend on the test part.
+    read = sorted({name for one in looked.found.visited for name in one.effects.fit.model.input_channels})
+    parts = replace(parts, seen=with_estimates(parts.seen, read))
     if windowed:
         looked = _look_at_all(looked, _record(model, parts.seen, output, bound), chosen, say)
     elif looked.found.interrupted:
@@ -185,9 +190,8 @@ def diagnose(
             proof = prove_empty(
                 looked.base.fit.model, parts.seen, bound, record.output, looked.record.residual(looked.base.fit)
             )
-    diagnosis = _assemble(
-        filled(data, free), parts, looked, found, chosen, said=told, faults=faults, proof=proof, began=began
-    )
+    whole = with_estimates(filled(data, free), read)
+    diagnosis = _assemble(whole, parts, looked, found, chosen, said=told, faults=faults, proof=proof, began=began)
     return replace(diagnosis, data=data)
 
 
@@ -365,6 +369,7 @@ def _assemble(
     extended = final.model
     for _, detection in detections:
         extended = detection.model if detection.glitches is None else extended
+    extended = in_the_record(extended, record.data)
     if verdict is Verdict.NONE:
         final_run, after, extended = base_run, before, base.fit.model
     held = [y[mask] for y, mask in zip(measured, counted, strict=True) if mask.any()]
@@ -436,7 +441,8 @@ def _noise_effects(
 ) -> list[tuple[Effect, Detection]]:
     """Return the effects on the noise: glitches, then those of the chosen set, then those that compete with none."""
     result = [looked.glitches] if looked.glitches else []
-    result += [found.chosen.effects.detected] if found.chosen.effects.detected else []
+    heard, shown = found.chosen.effects.detected, {trial.effect for trial in found.chosen.effects.trials}
+    result += [heard] if heard and heard[0].name not in shown else []
     for effect in chosen:
         if effect.detect is not None and not effect.marks_glitches:
             detection = guarded(effect.name, effect.detect, final.model, looked.record.site(final))

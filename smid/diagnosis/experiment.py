@@ -52,10 +52,12 @@ def separating_experiment(
 ) -> SeparatingExperiment | None:
     """Return the input on which the rivals' free runs differ most."""
     recorded = {c.name: np.concatenate([run.values[c.name] for run in data.experiments]) for c in data.channels}
+    estimates = [c.name for c in data.channels if c.estimate_of == input]
     models = [standalone(fit.model) for fit in rivals.values()]
     best: tuple[float, str, Array] | None = None
     for name, candidate in _candidates(float(recorded[input].min()), float(recorded[input].max())).items():
-        channels = {c: np.resize(samples, len(candidate)) for c, samples in recorded.items()} | {input: candidate}
+        channels = {c: np.resize(samples, len(candidate)) for c, samples in recorded.items()}
+        channels |= dict.fromkeys((input, *estimates), candidate)  # a designed input has no noise
         with np.errstate(all="ignore"):
             difference = _difference([simulate(model, channels, check=False)[output] for model in models])
         if np.isfinite(difference) and (best is None or difference > best[0]):

@@ -17,7 +17,7 @@ Reference: Ljung, System Identification, 2nd ed., section 10.2 (output error, gr
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -430,11 +430,7 @@ class Fitting:
         # A number that ran off to where nothing depends on it, as a state beyond a stop, comes back to the edge.
         lost = idle & ~np.isclose(reached, start)
         if lost.any() and not idle.all():
-            inner, outer = np.where(lost, start, reached), reached
-            for _ in range(_HALVINGS):
-                middle = (inner + outer) / 2
-                alive = lost & slopes(middle).any(axis=0)
-                inner, outer = np.where(alive, middle, inner), np.where(alive, outer, middle)
+            inner, outer = _edge(slopes, lost, start, reached)
             low, high = np.where(outer < inner, outer, low), np.where(outer > inner, outer, high)
             again, other, _ = found(inner, low, high)
             reached, least = (again, other) if other < least * (1 + tolerance) else (reached, least)
@@ -462,6 +458,16 @@ class Fitting:
             if np.isfinite(cost):
                 vector[count + e * width : count + (e + 1) * width] = found[count:]
         return vector
+
+
+def _edge(slopes: Callable[[Array], Array], lost: Mask, start: Array, reached: Array) -> tuple[Array, Array]:
+    """Return points on both sides of the edge beyond which nothing depends on the lost numbers, by bisection."""
+    inner, outer = np.where(lost, start, reached), reached
+    for _ in range(_HALVINGS):
+        middle = (inner + outer) / 2
+        alive = lost & slopes(middle).any(axis=0)
+        inner, outer = np.where(alive, middle, inner), np.where(alive, outer, middle)
+    return inner, outer
 
 
 def _chosen(mask: Mask) -> Index | slice:

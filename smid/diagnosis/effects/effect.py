@@ -61,7 +61,13 @@ class Site:
     @property
     def other_channels(self) -> tuple[str, ...]:
         """Measured channels that are neither the main input nor the main output."""
-        return tuple(c.name for c in self.data.channels if c.name not in (self.input, self.output))
+        measured = (c.name for c in self.data.channels if not c.estimate_of)
+        return tuple(name for name in measured if name not in (self.input, self.output))
+
+    @property
+    def estimates(self) -> tuple[str, ...]:
+        """Channels that estimate the main input without its noise."""
+        return tuple(c.name for c in self.data.channels if c.estimate_of == self.input)
 
     def unit(self, channel: str) -> str:
         """Return the channel's unit."""
@@ -178,8 +184,8 @@ class Effect:
     needs
         What the effect needs to apply, shown where it is skipped.
     detect
-        For effects on the noise, which no free run can show: returns what the residual shows of the effect. The model
-        has values; the site's residual is over the whole record.
+        For effects on the noise, which no free run can follow to the end: returns what the residual shows of the
+        effect. The model has values; the site's residual is over the whole record.
     marks_glitches
         Whether `detect` finds single bad samples. They are left out before any other effect is tried.
 

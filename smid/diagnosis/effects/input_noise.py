@@ -1,9 +1,16 @@
 """The recorded input itself is noisy (errors in variables).
 
 The plant is driven by ``u - zeta``, the model by u, so the error of the free run contains the plant's response to zeta.
-No free run can follow it, but its *spectrum* is known, |G|^2 times a constant. With I the periodogram of the residual
-and P the mean periodogram of the model's response to white perturbations of its input (which serves non-linear models
-too), Whittle's likelihood of
+A part of zeta can be told from the record of u alone (:mod:`smid.data.estimates`). The free run is driven by
+
+    u + k (v - u),   k >= 0,
+
+with an estimate v of the input without its noise; k is zero without noise. It is at most one, and so small that
+``k (v - u)`` has no more variance than the past of u leaves untold: white noise cannot have more.
+
+The rest of zeta stays in the error, and no free run can follow it, but its *spectrum* is known, |G|^2 times a constant.
+With I the periodogram of the residual and P the mean periodogram of the model's response to white perturbations of its
+input (which serves non-linear models too), Whittle's likelihood of
 
     S(w) = a + b P(w),   a, b >= 0
 
@@ -15,21 +22,72 @@ Springer 2018.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
+import sympy
 from scipy.optimize import minimize
 
 from relaxations.algebra.arrays import Array
-from smid.diagnosis.effects.effect import Detection, Effect, Site, on_the_noise
+from smid.data import Dataset
+from smid.data.estimates import in_words
+from smid.diagnosis.effects.effect import Detection, Effect, Extension, Site
+from smid.diagnosis.effects.parts.naming import free_name, fresh, quantity, read_channel
 from smid.diagnosis.evidence.autoregression import LARGEST_ORDER, autoregression
 from smid.diagnosis.evidence.passed_noise import passed_noise
-from smid.models import Model
+from smid.models import Model, signal, t
+from smid.models.symbols import rename_signals
 
 _LEAST_RATIO = 30.0  # twice the log of the likelihood ratio against white noise
 # Twice the log-likelihood that one parameter more gains by chance in one case of six hundred (chi-squared).
 _ONE_MORE = 10.0
+
+
+def extend(model: Model, site: Site) -> Iterator[Extension]:
+    """Drive the plant by what the record alone tells of the input without its noise."""
+    if model.edit and site.input in model.edit.places:
+        return  # noise is in the record, before all that happens to the input
+    if set(site.estimates) & set(model.input_channels):
+        return  # an input is noisy once
+    untold = min(_untold(run.values[site.input]) for run in site.data.experiments)
+    for estimate in site.estimates:
+        noise = float(np.var(site.values(site.input) - site.values(estimate)))
+        most = min(1.0, np.sqrt(untold / noise)) if noise else 0.0
+        if not most:
+            continue
+        share = fresh(model, f"{site.input}_noise_share", (0, most), "", 0.0)
+        reading, name = read_channel(model, estimate)
+
+        def corrected(u: sympy.Expr, share: sympy.Symbol = share.symbol, name: str = name) -> sympy.Expr:
+            return u + share * (signal(name)[t] - u)
+
+        true = free_name(reading, f"{site.input}_true")
+        yield Extension(
+            reading.insert_before(site.input, corrected, [share], new_name=true),
+            ({share.name: 0.5 * most}, {share.name: 0.9 * most}),
+            in_words(estimate),
+            describe=partial(_describe_estimate, estimate),
+        )
+
+
+def in_the_record(model: Model, data: Dataset) -> Model:
+    """Return the model with noise in the record of each input that it corrects by an estimate."""
+    estimates = {channel.name: channel.estimate_of for channel in data.channels if channel.estimate_of}
+    noisy = [estimates[name] for name in model.input_channels if name in estimates]
+    added = [name for name, effect in model.origins.items() if effect == EFFECT.name]
+    model = model.fix(**{p.name: 0.0 for p in model.parameters if p.name in added})
+    for line in model.lines:
+        if line.signal in added:
+            (read, _), *_ = line.reads
+            others = (other for other in model.lines if other.signal != line.signal)
+            renamed = (replace(o, expression=rename_signals(o.expression, {line.signal: read})) for o in others)
+            model = replace(model, lines=tuple(renamed))
+    for channel in noisy:
+        model = model.with_input_noise(channel)
+    return model
 
 
 def _periodogram(samples: Array) -> Array:
@@ -85,7 +143,8 @@ def _detect(model: Model, site: Site) -> Detection | None:
         return None  # known to be noisy already
     longest = int(np.argmax([len(r) for r in site.residual]))
     spectrum = _periodogram(site.residual[longest])
-    answers = passed_noise(model, site.data.experiments[longest].values, site.input, site.output)
+    values = site.data.experiments[longest].values
+    answers = passed_noise(model, values, (site.input, *site.estimates), site.output)
     answer = np.mean([_periodogram(one) for one in answers], axis=0)
     if not (np.isfinite(answer).all() and answer.max() > 0 and len(spectrum) > 40):
         return None
@@ -107,7 +166,7 @@ def _detect(model: Model, site: Site) -> Detection | None:
     if ratio < _LEAST_RATIO or min(rival, first_order) < 0:
         return None
     deviation = float(np.exp(log_gain / 2))
-    if deviation**2 > _untold(site.data.experiments[longest].values[site.input]):
+    if deviation**2 > _untold(values[site.input]):
         return None
     return Detection(
         model.with_input_noise(site.input),
@@ -119,16 +178,27 @@ def _detect(model: Model, site: Site) -> Detection | None:
     )
 
 
-def describe(values: Mapping[str, float], site: Site) -> str:
+def _describe(values: Mapping[str, float], site: Site) -> str:
     """Say how noisy the record of the input is."""
-    return f"The recorded {site.input} is itself noisy, by about {values['deviation']:.3g} {site.unit(site.input)} RMS."
+    return _said("about", values["deviation"], site)
+
+
+def _describe_estimate(estimate: str, values: Mapping[str, float], site: Site) -> str:
+    """Say how much noise the estimate takes away."""
+    (share,) = values.values()
+    return _said("at least about", share * float(np.std(site.values(estimate) - site.values(site.input))), site)
+
+
+def _said(how: str, deviation: float, site: Site) -> str:
+    size = quantity(deviation, site.unit(site.input))
+    return f"The recorded {site.input} is itself noisy, by {how} {size} RMS."
 
 
 EFFECT = Effect(
     "input_noise",
     "the recorded input itself is noisy",
-    on_the_noise,
-    describe,
+    extend,
+    _describe,
     needs="an input that the model takes as exact",
     detect=_detect,
 )

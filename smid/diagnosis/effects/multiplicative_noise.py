@@ -37,7 +37,7 @@ def _detect(model: Model, site: Site) -> Detection | None:
         return None
     level, time = level[-error.size :], np.arange(error.size) / error.size
     ratio, constant, share = _grown(error, level)
-    passed = np.std(passed_noise(model, run.values, site.input, site.output), axis=0)[-error.size :]
+    passed = np.std(passed_noise(model, run.values, (site.input, *site.estimates), site.output), axis=0)[-error.size :]
     rivals = [_grown(error, x)[0] for x in (np.gradient(level), time, 1 - time, passed)]
     if ratio < max(_LEAST_RATIO, *(rival + _ONE_MORE for rival in rivals)):
         return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -17,11 +17,20 @@ _SMALL = 1e-3  # of the standard deviation of the input
 _SEED = 7
 
 
-def passed_noise(model: Model, values: Mapping[str, Array], channel: str, output: str) -> Array:
-    """Return answers of an output to white noise of variance one in an input, to first order, shape (48, n)."""
+def passed_noise(model: Model, values: Mapping[str, Array], channels: Sequence[str], output: str) -> Array:
+    """Return answers of an output to white noise of variance one in an input, to first order, shape (48, n).
+
+    Parameters
+    ----------
+    channels
+        The input, and those that estimate it: the plant is driven by one signal.
+    """
     generator = np.random.default_rng(_SEED)
-    size = _SMALL * (float(np.std(values[channel])) or 1.0)
+    size = _SMALL * (float(np.std(values[channels[0]])) or 1.0)
     plain = simulate(model, values, check=False)[output]
     noise = size * generator.normal(size=(_PERTURBATIONS, len(plain)))
-    moved = [simulate(model, {**values, channel: values[channel] + one}, check=False)[output] for one in noise]
+    moved = [
+        simulate(model, {**values, **{name: values[name] + one for name in channels}}, check=False)[output]
+        for one in noise
+    ]
     return (np.array(moved) - plain) / size

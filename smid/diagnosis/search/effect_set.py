@@ -82,8 +82,10 @@ class EffectSet:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Sorted names of the effects: what tells one set from another."""
-        noise = (self.detected[0].name,) if self.detected else ()
-        return tuple(sorted((*(trial.effect for trial in self.trials), *noise)))
+        shown = [trial.effect for trial in self.trials]
+        # What a free run shows of noise in an input is the same effect as what the residual shows of it.
+        noise = [self.detected[0].name] if self.detected and self.detected[0].name not in shown else []
+        return tuple(sorted((*shown, *noise)))
 
     @cached_property
     def boxes(self) -> Mapping[str, float]:

@@ -27,7 +27,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from relaxations.deadline import Progress, TimeIsUp, map_in_time
-from smid.diagnosis.effects.effect import Effect
+from smid.diagnosis.effects.effect import Effect, on_the_noise
 from smid.diagnosis.search.effect_set import (
     EffectSet,
     criterion,
@@ -85,7 +85,7 @@ def search(
         Effects that an earlier search named; the set of them is visited first.
     """
     by_name = {e.name: e for e in effects}
-    fitted = [e for e in effects if e.detect is None]
+    fitted = [e for e in effects if e.extend is not on_the_noise]
     ranking = Ranking(record, base.errors, len(effects))
     leader = EffectSet((), base.fit, base.errors)
     kept = _Kept(base, {leader.names: leader}, {})
@@ -152,11 +152,15 @@ class _Kept:
     failed: dict[str, str]
 
     def add(self, found: Iterable[EffectSet | Failure]) -> None:
-        """Keep what was fitted; of two sets with the same effects the one with the better criterion."""
+        """Keep what was fitted; of two sets with the same effects the better one, or the one whose noise tells more."""
+
+        def order(one: EffectSet) -> tuple[float, bool]:
+            return criterion(one, self.base), one.detected is None
+
         for one in found:
             if isinstance(one, Failure):
                 self.failed[one.effect] = one.reason
-            elif one.names not in self.sets or criterion(one, self.base) < criterion(self.sets[one.names], self.base):
+            elif one.names not in self.sets or order(one) < order(self.sets[one.names]):
                 self.sets[one.names] = one
 
 

@@ -1,12 +1,16 @@
 """Effects on the noise: found where they are, and not taken for what looks like them."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 from smid import Dataset
+from smid.data.estimates import estimate_names, with_estimates
 from smid.diagnosis import EFFECTS, Site, diagnose
 from smid.models import Model, simulate
+from smid.signals import prbs
 from tests.smid.diagnosis.lag_records import BOUND, LAG, autoregressive, dead_zone, known_lag, lag, record, steps
 
 BY_NAME = {effect.name: effect for effect in EFFECTS}
@@ -169,9 +173,63 @@ def test_input_noise_is_named_by_the_diagnosis_and_put_into_the_model():
     data = record(u + 0.1 * white(1), lag(u), bound=0.005)
     found = diagnose(LAG, data, None, ["input_noise", "input_delay"], certify=False, workers=1)
     assert [c.effect for c in found.causes] == ["input_noise"]
-    assert any(m.channel == "u" and m.noise for m in found.model.measurements)
     assert found.verdict == "named"
-    assert "0.1" in found.causes[0].sentence
+    assert_noisy(found.model, LAG, "u")
+    (size,) = re.findall(r"about ([\d.]+) V RMS", found.causes[0].sentence)
+    assert 0.03 < float(size) <= 0.1  # part of the noise is in no estimate
+
+
+def assert_noisy(model, base, channel):
+    """Assert that a model is the base model with noise in the record of a channel, and nothing else."""
+    assert model.with_values({}).parameters == base.parameters
+    assert [m.noise is not None for m in model.measurements if m.channel == channel] == [True]
+    assert model.channels == ("u", "y")
+    assert len(model.lines) == len(base.lines)
+
+
+def test_a_noisy_input_is_corrected_by_what_its_own_record_tells():
+    """A limit takes noise of the outer levels away too, but less of it."""
+    u = np.repeat(np.random.default_rng(3).integers(-2, 3, 120) / 2, 5)
+    data = record(u + 0.1 * white(1, 600), lag(u) + 0.005 * white(2, 600), bound=0.02)
+    names = ["input_noise", "input_saturation", "input_delay"]
+    found = diagnose(LAG, data, None, names, certify=False, workers=1)
+    assert found.causes[0].effect == "input_noise"
+    assert found.causes[0].label.startswith("levels")
+    assert found.gain.rmse_after < 0.5 * found.gain.rmse_before
+    assert {"u", "y"} == set(found.model.channels) == set(found.data.names)
+
+
+def test_the_input_of_the_test_part_changes_no_number_of_a_noisy_input():
+    true = np.repeat(np.random.default_rng(3).integers(-2, 3, 80) / 2, 5)
+    u, y = true + 0.1 * white(1, 400), lag(true) + 0.005 * white(2, 400)
+    other = np.concatenate([u[:320], white(4, 80)])
+    found = [diagnose(LAG, record(x, y, bound=0.02), None, ["input_noise"], certify=False) for x in (u, other)]
+    # With another input the test part shows no gain, so that the effect is only a detail.
+    (first,), (second,) = ((*one.causes, *one.details) for one in found)
+    assert found[0].gain.rmse_after != found[1].gain.rmse_after
+    assert first.effect == "input_noise"
+    assert first.parameters == second.parameters
+
+
+def test_a_noisy_input_is_noisy_once_and_before_what_happens_to_it():
+    u = prbs(600, seed=3, clock_period=6) + 0.1 * white(1, 600)
+    data = with_estimates(record(u, lag(u)), estimate_names("u"))
+    site = Site(data, "u", "y")
+    first = next(iter(BY_NAME["input_noise"].extensions(LAG, site)))
+    assert not list(BY_NAME["input_noise"].extensions(first.model, site))
+    limited = next(iter(BY_NAME["input_saturation"].extensions(LAG, site)))
+    assert {item.place for item in BY_NAME["input_noise"].extensions(limited.model, site)} == {""}
+    # The other effects do not take an estimate for a further measured channel.
+    assert not list(BY_NAME["missing_input"].extensions(LAG, site))
+
+
+def test_what_follows_from_its_own_past_is_hardly_noisy():
+    u = np.sin(np.arange(500) / 20)
+    data = with_estimates(record(u, lag(u)), estimate_names("u"))
+    for item in BY_NAME["input_noise"].extensions(LAG, Site(data, "u", "y")):
+        (share,) = (p for p in item.model.parameters if p.name not in {q.name for q in LAG.parameters})
+        noise = data.values("u") - data.values(next(c for c in item.model.input_channels if c != "u"))
+        assert share.upper * np.std(noise) < 1e-3
 
 
 @pytest.mark.parametrize("seed", range(5))
