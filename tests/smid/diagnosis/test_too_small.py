@@ -7,11 +7,16 @@ import pytest
 from smid.diagnosis.assemble import too_small
 
 
-def small(errors: dict[tuple[str, ...], float], alternatives: tuple[str, ...] = ()) -> list[str]:
+def small(
+    errors: dict[tuple[str, ...], float], alternatives: tuple[str, ...] = (), heard: str | None = None
+) -> list[str]:
     """Judge effects by the test errors of the sets that were visited, the chosen one first."""
+    detected = (SimpleNamespace(name=heard), None) if heard else None
     visited = [
         SimpleNamespace(
-            names=names, merit=-float(k), effects=SimpleNamespace(trials=[SimpleNamespace(effect=n) for n in names])
+            names=names,
+            merit=-float(k),
+            effects=SimpleNamespace(trials=[SimpleNamespace(effect=n) for n in names], detected=detected),
         )
         for k, names in enumerate(errors)
     ]
@@ -41,3 +46,8 @@ def test_what_the_test_part_does_not_show_is_judged_one_after_another(
 def test_what_an_experiment_has_to_decide_is_never_too_small() -> None:
     errors = {("a", "b"): 1.0, ("a",): 1.0, ("b",): 1.0, (): 1.0}
     assert small(errors, alternatives=("b", "c")) == ["a"]
+
+
+def test_noise_that_the_residual_shows_too_is_never_too_small() -> None:
+    errors = {("a", "b"): 1.0, ("a",): 1.0, ("b",): 1.0, (): 1.0}
+    assert small(errors, heard="b") == ["a"]
