@@ -27,7 +27,7 @@ from smid.data.channel import Channel
 if TYPE_CHECKING:
     from smid.data.dataset import Dataset
 
-__all__ = ["estimate_names", "in_words", "levels", "smoothed", "with_estimates"]
+__all__ = ["estimate_names", "in_words", "levels", "smoothed", "with_estimates", "without_estimates"]
 
 _NEIGHBOURS = (6, 12, 25, 50, 100)  # on each side
 _FEWEST = 5  # samples for each weight
@@ -166,3 +166,18 @@ def with_estimates(data: Dataset, names: Iterable[str]) -> Dataset:
             channels = (*data.channels, Channel(name, channel.unit, estimate_of=channel.name))
             data = replace(data, experiments=runs, channels=channels)
     return data
+
+
+def without_estimates(data: Dataset) -> Dataset:
+    """Return the data with the measured channels only.
+
+    Examples
+    --------
+    >>> from smid.data import Dataset
+    >>> data = Dataset.from_arrays(input={"u": [0.0, 1, 1]}, output={"y": [0.0, 0, 1]}, sampling_time=1.0)
+    >>> without_estimates(with_estimates(data, ["u__smoothed"])).names
+    ('u', 'y')
+    """
+    measured = tuple(channel for channel in data.channels if not channel.estimate_of)
+    runs = tuple(replace(run, values={c.name: run.values[c.name] for c in measured}) for run in data.experiments)
+    return replace(data, experiments=runs, channels=measured)

@@ -16,7 +16,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from relaxations.deadline import Progress, TimeIsUp, check_seconds, time_limit
 from smid.data import Dataset
-from smid.data.estimates import estimate_names, with_estimates
+from smid.data.estimates import estimate_names, with_estimates, without_estimates
 from smid.data.given import Given, as_dataset
 from smid.data.listing import missing_notes
 from smid.diagnosis.assemble import cause_of, detected, ordered, too_small
@@ -306,7 +306,7 @@ def _look_at_all(looked: _Looked, record: Record, chosen: Sequence[Effect], say:
 
 def _misfit(record: Record, fitted: Fit) -> Misfit:
     simulated = tuple(s[record.output] for s in fitted.simulated)
-    data = unfilled(record.data, record.used, record.output)
+    data = unfilled(without_estimates(record.data), record.used, record.output)
     return misfit(data, record.output, simulated, noise_bound=record.noise_bound, skip=data.n_init, input=record.input)
 
 

@@ -365,7 +365,7 @@ def _structure(
         *(
             binned("channel", other.name, error, x, level_codes(x), None, other.name, (other.unit, unit))
             for other in data.channels
-            if other.name not in (name, channel) and not other.estimate_of
+            if other.name not in (name, channel)
             for x in [joined([bridged(run.values[other.name]) for run in data.experiments])]
         ),
         frequency_structure(error, step),

@@ -196,7 +196,7 @@ def test_a_noisy_input_is_corrected_by_what_its_own_record_tells():
     assert found.causes[0].effect == "input_noise"
     assert found.causes[0].label.startswith("levels")
     assert found.gain.rmse_after < 0.5 * found.gain.rmse_before
-    assert {"u", "y"} == set(found.model.channels) == set(found.data.names)
+    assert {"u", "y"} == set(found.model.channels) == set(found.data.names) == set(found.misfit.data.names)
 
 
 def test_the_input_of_the_test_part_changes_no_number_of_a_noisy_input():
