@@ -27,7 +27,15 @@ from smid.data.channel import Channel
 if TYPE_CHECKING:
     from smid.data.dataset import Dataset
 
-__all__ = ["estimate_names", "in_words", "levels", "smoothed", "with_estimates", "without_estimates"]
+__all__ = [
+    "estimate_names",
+    "estimates_of",
+    "in_words",
+    "levels",
+    "smoothed",
+    "with_estimates",
+    "without_estimates",
+]
 
 _NEIGHBOURS = (6, 12, 25, 50, 100)  # on each side
 _FEWEST = 5  # samples for each weight
@@ -166,6 +174,19 @@ def with_estimates(data: Dataset, names: Iterable[str]) -> Dataset:
             channels = (*data.channels, Channel(name, channel.unit, estimate_of=channel.name))
             data = replace(data, experiments=runs, channels=channels)
     return data
+
+
+def estimates_of(data: Dataset, channel: str) -> tuple[str, ...]:
+    """Return the channels of the data that estimate a channel.
+
+    Examples
+    --------
+    >>> from smid.data import Dataset
+    >>> data = Dataset.from_arrays(input={"u": [0.0, 1, 1]}, output={"y": [0.0, 0, 1]}, sampling_time=1.0)
+    >>> estimates_of(with_estimates(data, ["u__smoothed"]), "u")
+    ('u__smoothed',)
+    """
+    return tuple(c.name for c in data.channels if c.estimate_of == channel)
 
 
 def without_estimates(data: Dataset) -> Dataset:

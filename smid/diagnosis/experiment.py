@@ -13,6 +13,7 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array
 from smid.data import Dataset
+from smid.data.estimates import estimates_of
 from smid.fitting.fit import Fit
 from smid.models.simulate import simulate
 from smid.models.simulated import standalone
@@ -52,12 +53,11 @@ def separating_experiment(
 ) -> SeparatingExperiment | None:
     """Return the input on which the rivals' free runs differ most."""
     recorded = {c.name: np.concatenate([run.values[c.name] for run in data.experiments]) for c in data.channels}
-    estimates = [c.name for c in data.channels if c.estimate_of == input]
     models = [standalone(fit.model) for fit in rivals.values()]
     best: tuple[float, str, Array] | None = None
     for name, candidate in _candidates(float(recorded[input].min()), float(recorded[input].max())).items():
         channels = {c: np.resize(samples, len(candidate)) for c, samples in recorded.items()}
-        channels |= dict.fromkeys((input, *estimates), candidate)  # a designed input has no noise
+        channels |= dict.fromkeys((input, *estimates_of(data, input)), candidate)  # a designed input has no noise
         with np.errstate(all="ignore"):
             difference = _difference([simulate(model, channels, check=False)[output] for model in models])
         if np.isfinite(difference) and (best is None or difference > best[0]):

@@ -16,6 +16,7 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
+from smid.data.estimates import estimates_of
 from smid.models import Model
 from smid.models.chains import behind, in_front_of
 
@@ -67,7 +68,7 @@ class Site:
     @property
     def estimates(self) -> tuple[str, ...]:
         """Channels that estimate the main input without its noise."""
-        return tuple(c.name for c in self.data.channels if c.estimate_of == self.input)
+        return estimates_of(self.data, self.input)
 
     def unit(self, channel: str) -> str:
         """Return the channel's unit."""
