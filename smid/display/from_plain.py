@@ -87,8 +87,8 @@ def fields_from_plain(made: Any, content: Mapping[str, Any], **known: Any) -> An
     Examples
     --------
     >>> from smid.data import Channel
-    >>> fields_from_plain(Channel, {"name": "pressure"}, unit="bar")
-    Channel(name='pressure', unit='bar')
+    >>> fields_from_plain(Channel, {"name": "pressure", "estimate_of": ""}, unit="bar")
+    Channel(name='pressure', unit='bar', estimate_of='')
     """
     kinds = _kinds(made)
     asked = (field.name for field in fields(made) if field.init and field.name not in known)
