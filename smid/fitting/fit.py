@@ -6,8 +6,8 @@ respects boxes. The result is a local minimum without proof; it is a start for c
 
 Initial states are estimated together with the parameters, with these exceptions:
 
-- More than 12 initial states are not estimated. A measured state then starts at its first sample.
-  Other states start at the equilibrium under the first input, or at zero if there is none.
+- More than 12 initial states in an experiment, or 100 in all, are not estimated. A measured state then starts at its
+  first sample. Other states start at the equilibrium under the first input, or at zero if there is none.
 - The memory of a stop with fixed limits starts fixed. Beyond the limits the output does not depend on the initial
   value, so a descent could not return.
 - An experiment without fitted samples gets the initial states that fit its first samples best, as in validation.
@@ -40,7 +40,7 @@ from smid.models.symbols import VALUE, distinct_parts, plain_symbols, references
 Errors = tuple[tuple[int, str, Array, Array], ...]
 """What `Fitting.errors` yields: index of the experiment, output channel, errors (n,), derivatives (n, n_free)."""
 
-_MOST_INITIAL = 12
+_MOST_INITIAL, _MOST_IN_ALL = 12, 100
 _SETTLING = 400
 _HALVINGS = 10  # of the way back to where a number still does something
 _LEVELS = 9  # at which an abrupt memory may begin
@@ -157,7 +157,7 @@ class Fitting:
         # Initial states to estimate: all but the memories of stops, if they are few.
         memories = {line.signal for line in model.lines if _is_stop(line.expression)}
         self.begun = [k for k, (name, _) in enumerate(self.run.states) if name not in memories]
-        self.frees_initial = len(self.begun) * len(data.experiments) <= _MOST_INITIAL
+        self.frees_initial = len(self.begun) <= min(_MOST_INITIAL, _MOST_IN_ALL / len(data.experiments))
         # A step of the run hides from a descent which way such a state has to go.
         stepping = {line.signal for line in model.lines if _steps_by_itself(line)} - set(sensors)
         self._abrupt = [k for k in self.begun if self.run.states[k][0] in stepping]

@@ -75,6 +75,19 @@ def test_experiments_share_parameters_and_have_their_own_start() -> None:
     assert found.cost < 1e-8
 
 
+def test_each_of_many_experiments_begins_in_the_swing_it_was_cut_from() -> None:
+    model, values = OutputError(2, 1), {"a1": -1.5, "a2": 0.95, "b0": 0.05, "b1": 0.03}
+    whole = _data(model, values).experiments[0].values
+    # As the windows of a long record: between two samples of the swing there is a speed.
+    windows = [
+        Dataset.from_arrays(
+            input={"u": whole["u"][k : k + 50]}, output={"y": whole["y"][k : k + 50]}, sampling_time=0.1, name=f"{k}"
+        )
+        for k in range(20, 250, 55)
+    ]
+    assert fit(model, Dataset.merge(windows)).model.values == pytest.approx(values, abs=1e-6)
+
+
 def test_curved_sensor_is_differentiated_through_its_inverse() -> None:
     plain = OutputError()
     model = Model("curved", plain.parameters, plain.lines, (Measurement("y", "w", "eta", VALUE + VALUE**3),))
