@@ -195,7 +195,7 @@ def _diagnosis(base: Model | None, data: Dataset, search: Search, seconds: float
                 click.echo(f"warning: the intervals were not certified: {_reason(error)}", err=True)
         if search.prove_name is not None:
             try:
-                diagnosis = prove_name(diagnosis, bound, search.prove_name, progress)
+                diagnosis = prove_name(diagnosis, bound, search.prove_name, progress, workers=search.workers)
             except (Exception, KeyboardInterrupt) as error:
                 click.echo(f"warning: the name was not proven: {_reason(error)}", err=True)
         if search.prove_name is not None and search.certificates is not None and diagnosis.name_proof is not None:

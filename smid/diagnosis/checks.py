@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -33,6 +34,13 @@ def chosen_effects(effects: Sequence[str | Effect] | None) -> tuple[Effect, ...]
     if not chosen or len({e.name for e in chosen}) < len(chosen):
         raise ModelError("the effects to try must be at least one, each under its own name: list every effect once")
     return tuple(chosen)
+
+
+def processes(workers: int | None) -> int:
+    """Return how many processes to use, one per processor where no number is given; ModelError for less than one."""
+    if workers is not None and workers < 1:
+        raise ModelError(f"workers = {workers}: give a number of processes, at least 1, or none for one per processor")
+    return workers or os.cpu_count() or 1
 
 
 def output_of(model: Model, output: str | None) -> tuple[str, tuple[str, ...]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import pickle
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -21,7 +20,7 @@ from smid.data.given import Given, as_dataset
 from smid.data.listing import missing_notes
 from smid.diagnosis.assemble import cause_of, detected, ordered, too_small
 from smid.diagnosis.cause import Cause
-from smid.diagnosis.checks import bound_of_output, check_moving, chosen_effects, output_of
+from smid.diagnosis.checks import bound_of_output, check_moving, chosen_effects, output_of, processes
 from smid.diagnosis.diagnosis import Diagnosis, Verdict
 from smid.diagnosis.effects.effect import Detection, Effect, Site
 from smid.diagnosis.effects.input_noise import in_the_record
@@ -135,8 +134,7 @@ def diagnose(
     began = time.monotonic()
     check_seconds(seconds)
     chosen = chosen_effects(effects)
-    if workers is not None and workers < 1:
-        raise ModelError(f"workers = {workers}: give a number of processes, at least 1, or none for one per processor")
+    count = processes(workers)
     data = as_dataset(data, model)
     with _time_to_fit(seconds, began):
         model = _given(model, data, simulated)
@@ -164,7 +162,7 @@ def diagnose(
     for fault in faults:
         say(fault.sentence)
 
-    with _time_to_fit(seconds, began), _pool(executor, workers, chosen) as pool:
+    with _time_to_fit(seconds, began), _pool(executor, count, chosen) as pool:
         say("fitting the base model")
         base = _base(model, record)
         # The test part lends its input, not its output.
@@ -469,15 +467,13 @@ def _base(model: Model, record: Record) -> Base:
     return fitted_base(model, record.data, record.used, record.input, record.output)
 
 
-def _pool(
-    executor: Executor | None, workers: int | None, effects: Sequence[Effect]
-) -> AbstractContextManager[Executor | None]:
+def _pool(executor: Executor | None, count: int, effects: Sequence[Effect]) -> AbstractContextManager[Executor | None]:
     """Return the executor for the trials: the given one, own processes, or None."""
     if executor is not None:
         return nullcontext(executor)
     if not all(_travels(effect) for effect in effects):
         return nullcontext(None)
-    return copies(min(workers or os.cpu_count() or 1, len(effects)))
+    return copies(min(count, len(effects)))
 
 
 def _travels(effect: Effect) -> bool:

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from smid.processes import copies
+from smid.processes import copies, side_by_side
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only Linux makes copies of a process")
 
@@ -46,6 +46,46 @@ def test_no_copy_is_left(end):
         left = [pid for pid in left if _runs(pid)]
         time.sleep(0.1)
     assert not left
+
+
+SIDE_BY_SIDE = """
+import os, time
+from functools import partial
+from smid.processes import side_by_side
+
+def told(name, seconds):
+    for k in range(2):
+        time.sleep(seconds)
+        yield name, k, os.getpid()
+    {end}
+
+began = time.monotonic()
+found = side_by_side([partial(told, "slow", 0.4), partial(told, "quick", 0.05)])
+items = [next(found)] if {one} else list(found)
+found.close()
+copies = {{pid for *_, pid in items}}
+print(*(f"{{name}} {{k}}" for name, k, _ in items), sep=", ")
+assert os.getpid() not in copies and len(copies) == len({{name for name, *_ in items}})
+assert time.monotonic() - began < 30
+"""
+
+
+@pytest.mark.parametrize(
+    ("end", "one", "said"),
+    [
+        ("pass", False, "quick 0, quick 1, slow 0, slow 1"),
+        ("os._exit(3)", False, "quick 0, quick 1, slow 0, slow 1"),  # as where a copy crashes
+        ("time.sleep(1000)", True, "quick 0"),  # nobody waits for the rest
+    ],
+)
+def test_tasks_side_by_side_tell_what_they_have_as_it_comes(end, one, said):
+    done = run(SIDE_BY_SIDE.format(end=end, one=one))
+    assert done.stdout == f"{said}\n", done.stderr
+
+
+def test_a_single_task_needs_no_copy():
+    assert list(side_by_side([lambda: [1, 2]])) == [1, 2]
+    assert list(side_by_side([])) == []
 
 
 INTERRUPTED = """

@@ -20,9 +20,11 @@ Reference: Kilby, Slaney, Thiebaux and Walsh, Estimating search tree size, AAAI 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import partial
 from itertools import cycle
 from operator import attrgetter
 from types import MappingProxyType
@@ -46,6 +48,7 @@ from smid.identification.inversion.cover import HEAVIEST, Cover, heaviest
 from smid.identification.piecewise import Piecewise
 from smid.identification.polynomial import Polynomial
 from smid.models import Model, ModelError
+from smid.processes import can_copy, side_by_side
 
 MOST = 20_000
 """Contractions of a proof."""
@@ -170,47 +173,57 @@ class Race:
         undecided = Decision(Status.UNDECIDED, window.first, window.last, (), str(TimeIsUp()), 0.0)
         self.decisions = [known.get(k, undecided) for k in range(len(models))]
         self.parts = dict[int, Window]()
-        self._weights, self._left = weights, dict.fromkeys(range(len(models)), 0.0)
+        self._weights = weights
         self._open = {
             k: _deciding(model, data, window, bounds, also)
             for k, model in enumerate(models)
             if model is not None and k not in known
         }
 
-    def run(self, seconds: float) -> None:
-        """Decide until the time is used up."""
-        try:
-            with time_limit(max(seconds, 1e-3)):
-                for key in cycle((*[self._seconds_left] * _NEAREST, self._spent)):
-                    if not (self._open and remaining()):
-                        break
-                    self._step(min(self._open, key=key))
-        except TimeIsUp:
-            pass
+    def run(self, seconds: float, workers: int = 1) -> None:
+        """Decide until the time is used up; where this process can be copied, copies share the models."""
+        count = min(workers, len(self._open)) if can_copy() else 1
+        # The heaviest come first, so that they are in different copies.
+        order = sorted(self._open, key=lambda k: -self._weights.get(k, 1.0))
+        shares = [order[first::count] for first in range(count)]
+        with (
+            time_limit(max(seconds, 1e-3)),
+            closing(side_by_side([partial(self._decided, share) for share in shares])) as told,
+        ):
+            for k, found in told:
+                if isinstance(found, Window):
+                    self.parts[k] = found
+                else:
+                    self.decisions[k] = found
+
+    def _decided(self, share: Sequence[int]) -> Iterator[tuple[int, Decision | Window]]:
+        """Yield what is found of some of the models, with their places; undecided are those that the time ends."""
+        left, spent = dict.fromkeys(share, 0.0), dict.fromkeys(share, 0.0)
+        unfinished = list(share)
+
+        def weighted(times: Mapping[int, float]) -> Callable[[int], float]:
+            return lambda k: times[k] / self._weights.get(k, 1.0)
+
+        with suppress(TimeIsUp):
+            for key in cycle((*[weighted(left)] * _NEAREST, weighted(spent))):
+                if not (unfinished and remaining()):
+                    break
+                k, began = min(unfinished, key=key), time.monotonic()
+                found = next(self._open[k])
+                spent[k] += time.monotonic() - began
+                if isinstance(found, float):
+                    left[k] = found
+                elif isinstance(found, Window):
+                    yield k, found
+                else:
+                    unfinished.remove(k)
+                    yield k, replace(found, seconds=spent[k])
+        for k in unfinished:
+            yield k, replace(self.decisions[k], seconds=spent[k])
 
     def on(self, part: Window) -> tuple[Decision, ...]:
         """Return what is decided on a part of the window: what fits more samples, or is excluded by some of them."""
         return tuple(_on(part, found, self.parts.get(k)) for k, found in enumerate(self.decisions))
-
-    def _seconds_left(self, k: int) -> float:
-        return self._left[k] / self._weights.get(k, 1.0)
-
-    def _spent(self, k: int) -> float:
-        return self.decisions[k].seconds / self._weights.get(k, 1.0)
-
-    def _step(self, k: int) -> None:
-        began, spent = time.monotonic(), self.decisions[k].seconds
-        try:
-            found = next(self._open[k])
-            if isinstance(found, Window):
-                self.parts[k] = found
-            elif isinstance(found, Decision):
-                self.decisions[k] = found
-                del self._open[k]
-            else:
-                self._left[k] = found
-        finally:
-            self.decisions[k] = replace(self.decisions[k], seconds=spent + time.monotonic() - began)
 
 
 @dataclass(eq=False)

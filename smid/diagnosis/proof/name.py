@@ -17,6 +17,7 @@ from relaxations.deadline import Progress, check_seconds
 from smid.data import Dataset
 from smid.data.window import Window
 from smid.diagnosis.cause import Cause, Rival
+from smid.diagnosis.checks import processes
 from smid.diagnosis.diagnosis import Diagnosis
 from smid.diagnosis.proof.decide import Decision, Race, Status, fitted
 from smid.diagnosis.proof.emptiness import Emptiness
@@ -36,6 +37,8 @@ def prove_name(
     noise_bound: float | Mapping[str, float],
     seconds: float = 60.0,
     progress: Progress | None = None,
+    *,
+    workers: int | None = None,
 ) -> Diagnosis:
     """Return the diagnosis with the proof of its name: the base excluded, the extended model verified, rivals excluded.
 
@@ -51,11 +54,14 @@ def prove_name(
         Time allowed, wall clock.
     progress
         Called with a line of text now and then.
+    workers
+        Processes that share the models, as for :func:`smid.diagnose`.
 
     Raises
     ------
     ModelError
-        For a bad noise bound, a model without noise at its output, or the diagnosis of a recorded simulation.
+        For a bad noise bound or number of workers, a model without noise at its output, or the diagnosis of a recorded
+        simulation.
     ProblemError
         For a time that is not positive.
     KeyboardInterrupt
@@ -78,6 +84,7 @@ def prove_name(
     """
     began = time.monotonic()
     check_seconds(seconds)
+    count = processes(workers)
     check_equations(diagnosis.base, "the name of a diagnosed simulation cannot be proven")
     output, bounds = diagnosis.output, check_noise_bound(diagnosis.base, noise_bound, None)
     if output not in bounds:
@@ -104,7 +111,7 @@ def prove_name(
     race = Race(models, diagnosis.data, window, bounds, tried[: tried.index(window)], known, {0: _BASE})
     interrupted = False
     try:
-        race.run(seconds - (time.monotonic() - began))
+        race.run(seconds - (time.monotonic() - began), count)
     except KeyboardInterrupt:
         if not any(found.status in (Status.EXCLUDED, Status.FEASIBLE) for found in race.decisions):
             raise

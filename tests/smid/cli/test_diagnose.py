@@ -235,7 +235,7 @@ def test_the_name_is_proven_on_demand(smid):
 
 
 def test_ctrl_c_in_the_proof_of_the_name_keeps_the_diagnosis(smid, monkeypatch):
-    def interrupt(*_arguments):
+    def interrupt(*_arguments, **_settings):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("smid.cli.diagnose.prove_name", interrupt)

@@ -66,7 +66,7 @@ def test_a_proof_that_fails_in_any_way_costs_only_the_proof(smid, monkeypatch, p
     late = [row.split(",")[2] for row in (*rows[2:3] * 3, *rows[2:])]  # three samples of delay
     spoilt(lambda k, t, u, y: (t, u, late[k]))  # noqa: ARG005
 
-    def failing(diagnosis, *_arguments):
+    def failing(diagnosis, *_arguments, **_settings):
         assert isinstance(diagnosis, Diagnosis)
         assert json.loads(Path("out.json").read_text())["verdict"] == "named", "not written before the proof"
         raise error

@@ -8,7 +8,8 @@ import sys
 import numpy as np
 import pytest
 
-from smid.diagnosis import EFFECTS, Effect, diagnose
+from smid.diagnosis import EFFECTS, Effect, diagnose, prove_name
+from smid.diagnosis.proof.decide import Status
 from smid.diagnosis.search.trial import fitted_base
 from tests.smid.diagnosis.lag_records import BOUND, LAG, dead_zone, lag, record, steps
 
@@ -49,9 +50,21 @@ def compare():
     assert two.to_dict() == one.to_dict()
 
 
+def compare_proofs():
+    """Prove a name in one process and in two, in a process that has one thread."""
+    u = steps(1, 300)
+    found = diagnose(LAG, record(u, lag(dead_zone(u, 0.3))), BOUND, ["input_dead_zone", "gain"], certify=False)
+    one, two = (prove_name(found, BOUND, workers=n).name_proof for n in (1, 2))
+    assert one.rivals
+    assert [found.status for _, found in two.decisions] == [found.status for _, found in one.decisions]
+    assert one.base.excluded
+    assert one.extended.status is two.extended.status is Status.FEASIBLE
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux makes copies of a process")
-def test_two_processes_find_what_one_finds():
+@pytest.mark.parametrize("function", [compare, compare_proofs])
+def test_two_processes_find_what_one_finds(function):
     # A test process may have further threads, and is not copied then.
-    code = "from tests.smid.diagnosis.test_in_processes import compare; compare()"
+    code = f"from tests.smid.diagnosis.test_in_processes import {function.__name__} as same; same()"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr

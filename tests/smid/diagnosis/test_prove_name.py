@@ -255,13 +255,13 @@ def test_ctrl_c_keeps_what_was_proven(found, monkeypatch, decided):
     monkeypatch.setattr(deciding, "_deciding", until)
     monkeypatch.setattr(naming, "fitted", lambda *_: None)
     if decided:
-        proof = prove_name(replace(found, proof=None), BOUND).name_proof
+        proof = prove_name(replace(found, proof=None), BOUND, workers=1).name_proof
         assert proof.interrupted
         assert "(interrupted)" in proof.title
         assert proof.base.status is Status.FEASIBLE
     else:
         with pytest.raises(KeyboardInterrupt):
-            prove_name(replace(found, proof=None), BOUND)
+            prove_name(replace(found, proof=None), BOUND, workers=1)
 
 
 def test_an_effect_on_the_noise_cannot_be_posed(found):
@@ -311,3 +311,5 @@ def test_bad_input_is_refused(found):
         prove_name(found, -1.0)
     with pytest.raises(ValueError, match="seconds"):
         prove_name(found, BOUND, 0)
+    with pytest.raises(ModelError, match="workers = 0"):
+        prove_name(found, BOUND, workers=0)
