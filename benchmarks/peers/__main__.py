@@ -20,7 +20,7 @@ os.environ.update(dict.fromkeys(THREADS, "1"))  # read once, when numpy is impor
 os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")
 
 from benchmarks.machine import described  # noqa: E402
-from benchmarks.measured_diagnosis import CASES  # noqa: E402
+from benchmarks.measured_cases import CASES  # noqa: E402
 from benchmarks.peers import protocol  # noqa: E402
 from benchmarks.peers.compare import SMID, Row, rows, smid_figures  # noqa: E402
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.measured_diagnosis import HEAD, TEST_HEAD, Case
+from benchmarks.measured_cases import Case
+from benchmarks.measured_diagnosis import HEAD, TEST_HEAD
 from benchmarks.peers.protocol import Peer, identified, rmse, run_of
-from smid.data import load_record
 from smid.diagnosis.parts import STARTING, split
 from smid.fitting.binding import bind
 
@@ -30,7 +30,7 @@ class Row:
 
 def rows(case: Case, folder: Path, peers: Sequence[Peer]) -> list[Row]:
     """Fit the peers to one record and simulate them on its test parts."""
-    full = load_record(case.record, folder)
+    full = case.whole(folder)
     data = case.load(full)
     parts = split(bind(case.model, data), data, case.share)
     seen = [run_of(data, run) for run in parts.seen.experiments]

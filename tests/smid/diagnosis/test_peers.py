@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from benchmarks.measured_diagnosis import HEAD, TEST_HEAD, Case
+from benchmarks.measured_cases import Case
+from benchmarks.measured_diagnosis import HEAD, TEST_HEAD
 from benchmarks.peers import compare
 from benchmarks.peers.arx import PEER
 from benchmarks.peers.compare import Row, smid_figures

@@ -161,10 +161,12 @@ def dry_motions(model: Model, site: Site) -> Iterator[tuple[Model, Motion]]:
     A rate comes twice: as it is, and as the difference equation that integrates it, where friction can stick.  A speed
     that neither turns nor comes to rest is left out: there dry friction is a constant force.
     """
-    slowest = float(np.quantile(np.abs(site.values(site.output)), _SOME))
+    values, slow = site.values(site.output), _REST * site.scale(site.output)
+    rests = np.quantile(np.abs(values), _SOME) <= slow
+    turns = values.min() < -slow and values.max() > slow  # also from one experiment to another
     for motion in motions(model, site):
         is_speed = motion.kind == "speed" and motion.state.own == output_signal(model, site)
-        if is_speed and slowest > _REST * site.scale(site.output):
+        if is_speed and not (rests or turns):
             continue
         yield model, motion
         if motion.state.line.rate:

@@ -152,6 +152,18 @@ def test_dry_friction_is_exact_along_a_step() -> None:
     assert np.abs(simulated - speed).max() < 2e-3 * np.abs(speed).max()
 
 
+@pytest.mark.parametrize(("speeds", "offered"), [((2.0, -3.0), True), ((2.0, 3.0), False)])
+def test_dry_friction_is_offered_where_only_experiments_differ_in_direction(
+    speeds: tuple[float, float], offered: bool
+) -> None:
+    """In each of them it is a constant force."""
+    runs = [
+        Dataset.from_arrays(input={"u": np.ones(60)}, output={"y": np.full(60, v)}, sampling_time=1.0, name=f"{v}")
+        for v in speeds
+    ]
+    assert bool([*coulomb_friction.EFFECT.extend(OutputError(), Site(Dataset.merge(runs), "u", "y"))]) == offered
+
+
 def test_a_direction_bends_what_a_pace_between_two_levels_makes_of_a_step() -> None:
     rng = np.random.default_rng(0)
     data = Dataset.from_arrays(input={"u": rng.uniform(0, 5, 60)}, output={"y": np.zeros(60)}, sampling_time=1.0)

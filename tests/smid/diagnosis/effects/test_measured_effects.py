@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.measured_diagnosis import two_tanks
+from benchmarks.measured_cases import two_tanks
 from smid import Dataset, OutputError
 from smid.data import load_record
 from smid.diagnosis.effects.output_saturation import EFFECT as OVERFLOW

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.measured_diagnosis import two_tanks
+from benchmarks.measured_cases import two_tanks
 from smid import Dataset, OutputError
 from smid.diagnosis.effects import (
     extra_lag,
