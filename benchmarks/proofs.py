@@ -1,8 +1,8 @@
 """Prove the names of blind cases with a known noise bound: ``python -m benchmarks.proofs``.
 
-Each result is appended to the cache as soon as it is there, so a run that was interrupted goes on where it stopped.
-Diagnoses are kept in a folder, that of `benchmarks.blind`, so that proofs need no second search. Delete the cache when
-the proofs have changed, and the folder when the diagnosis has.
+A proof uses all cores: nothing else ought to run. Each result is appended to the cache as soon as it is there, so a
+run that was interrupted goes on where it stopped. Diagnoses are kept in a folder, that of `benchmarks.blind`, so that
+proofs need no second search. Delete the cache when the proofs have changed, and the folder when the diagnosis has.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ import numpy as np
 
 from benchmarks.blind.cases import draw
 from benchmarks.blind.kept import diagnosed
-from benchmarks.processor_time import in_processor_time
 from benchmarks.resumable import kept, run
 
 __all__ = ["ProofResult", "markdown", "prove_case"]
@@ -75,8 +74,7 @@ def prove_case(seed: int, samples: int, seconds: float, diagnoses: Path) -> Proo
     truth = list(case.truth)
     try:
         found = diagnosed(case, "single", diagnoses)
-        with in_processor_time():
-            proof = prove_name(found, case.noise_bound, seconds).name_proof
+        proof = prove_name(found, case.noise_bound, seconds).name_proof
     except Exception as error:  # one broken case must not end the run; it counts as a failure
         message = f"{type(error).__name__}: {error}".replace("\n", " ").replace("|", "/")[:300]
         return ProofResult(seed, truth, [], NONE, NONE, {}, {}, 0, 0, 0.0, 0.0, message)
@@ -135,7 +133,7 @@ def markdown(results: Sequence[ProofResult], seconds: float) -> str:
                 "Each case hides one effect in simulated data, and the noise bound is known. "
                 "`smid.diagnosis.prove_name` tries to prove three statements about the same samples: the base model "
                 "cannot explain them, the extended model can, the rivals of the first cause cannot. It has "
-                f"{seconds:g} s of processor time a case. `python -m benchmarks.proofs` writes this page.",
+                f"{seconds:g} s a case, with a process for each core. `python -m benchmarks.proofs` writes this page.",
                 f"Cases: {len(results)} (seeds {results[0].seed} to {results[-1].seed})." if results else "No cases.",
                 counted,
                 "A model with the hidden effect that was excluded: "
@@ -207,9 +205,9 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=40, help="number of cases")
     parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--step", type=int, default=2, help="2: the cases of `benchmarks.blind` with one effect")
-    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=1, help="cases side by side, which contend for the cores")
     parser.add_argument("--samples", type=int, default=1000)
-    parser.add_argument("--seconds", type=float, default=60.0, help="processor time allowed for the proof of a case")
+    parser.add_argument("--seconds", type=float, default=60.0, help="allowed for the proof of a case")
     parser.add_argument("--output", type=Path, default=Path("docs/proofs.md"))
     parser.add_argument("--cache", type=Path, default=Path(".cache/proofs.jsonl"))
     parser.add_argument("--diagnoses", type=Path, default=Path(".cache/diagnoses"))
