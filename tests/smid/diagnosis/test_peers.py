@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from benchmarks import measured_cases
 from benchmarks.measured_cases import Case
 from benchmarks.measured_diagnosis import HEAD, TEST_HEAD
 from benchmarks.peers import compare
@@ -48,7 +49,7 @@ def measured(
 
         return watched
 
-    monkeypatch.setattr(compare, "load_record", lambda *_: data)
+    monkeypatch.setattr(measured_cases, "load_record", lambda *_: data)
     case = Case("simulated", lambda full: full, "", MODEL, "", "", share)
     return compare.rows(case, Path(), [replace(PEER, fit=spy)]), fitted, answers
 
