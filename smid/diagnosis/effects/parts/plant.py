@@ -104,15 +104,15 @@ class StateLine:
     def leak(self) -> sympy.Expr:
         """The factor of the state in ``increment = -leak * state + ...``, at rest; 0 for an integrator."""
         if self.line.rate:
-            return sympy.expand(-self.own_coefficient(0))
+            return multiplied_out(-self.own_coefficient(0))
         total = sum((self.own_coefficient(lag) for lag in range(1, self.order + 1)), sympy.Integer(0))
-        return sympy.expand(1 - total)
+        return multiplied_out(1 - total)
 
 
 def without_effects(model: Model, expression: sympy.Expr) -> sympy.Expr:
     """Return an expression of the model where the parameters that effects added do nothing."""
     nulls = {p.symbol: number(p.null) for p in model.parameters if p.name in model.origins and p.null is not None}
-    return sympy.expand(swapped(expression, nulls))
+    return multiplied_out(swapped(expression, nulls))
 
 
 def multiplied_out(expression: sympy.Expr) -> sympy.Expr:

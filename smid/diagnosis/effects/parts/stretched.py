@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterable
 import sympy
 
 from smid.diagnosis.effects.parts.naming import free_name
-from smid.diagnosis.effects.parts.plant import StateLine
+from smid.diagnosis.effects.parts.plant import StateLine, multiplied_out
 from smid.models import Model, Parameter, signal, t
 from smid.models.symbols import references, swapped
 
@@ -45,7 +45,7 @@ def stretched(
     a1, a2 = -state.own_coefficient(1), -state.own_coefficient(2)
     w, q = signal(state.own), signal(free_name(model, f"{state.own}_ahead"))
     early, late = sympy.Integer(0), sympy.Integer(0)
-    for term in sympy.Add.make_args(sympy.expand(state.line.expression + a1 * w[t - 1] + a2 * w[t - 2])):
+    for term in sympy.Add.make_args(multiplied_out(state.line.expression + a1 * w[t - 1] + a2 * w[t - 2])):
         read = references(term)
         lags = [lag for _, lag in read]
         if min(lags, default=0) > 1:

@@ -8,9 +8,10 @@ from hypothesis import strategies as st
 from scipy.signal import cont2discrete
 
 from smid import OutputError
+from smid.diagnosis.effects.parts.extremes import larger
 from smid.diagnosis.effects.parts.plant import state_lines
 from smid.diagnosis.effects.parts.stretched import stretched
-from smid.models import Model, Parameter, simulate
+from smid.models import Model, Parameter, signal, simulate, t
 
 
 def sampled(interval: float, damping: float) -> dict[str, float]:
@@ -43,6 +44,15 @@ def test_a_steady_pace_is_another_sampling_interval(interval: float, damping: fl
     poles = np.roots([1.0, *(sampled(interval, damping)[name] for name in ("a1", "a2"))])
     cut_off = [abs(float(sympy.binomial(m, k))) * np.abs(1 - poles).max() ** k for k in range(5, 60)]
     assert np.abs(found - wanted).max() < 1e-9 + 10 * sum(cut_off) / (1 - np.abs(poles).max() ** m)
+
+
+def test_what_is_inside_a_function_stays_as_it_is_written() -> None:
+    """To expand it takes minutes where effects are nested, and no time limit ends that."""
+    u = signal("u")
+    b0 = sympy.Symbol("b0", real=True)
+    limited = larger(0, b0 * (u[t - 1] - b0))
+    stretched_model = put(OutputError(na=2, nb=1).add_term("w", limited), sympy.Symbol("m", real=True))
+    assert stretched_model.lines[0].expression.atoms(sympy.Max) == {limited}
 
 
 @pytest.mark.parametrize("m", [1, 2, 3])
