@@ -107,18 +107,18 @@ def seal() -> Model:
     )
 
 
-def columns(name: str, input: str, output: str, sampling_time: float) -> Callable[[Path], Dataset]:
-    """Return the reader of a set with one file of columns."""
-    return lambda folder: Dataset.from_file(folder / f"{name}.csv", input, output, sampling_time)
+def columns(input: str, output: str, sampling_time: float) -> Callable[[Path], Dataset]:
+    """Return the reader of a set with one file of columns, named as its folder is."""
+    return lambda folder: Dataset.from_file(folder / f"{folder.name}.csv", input, output, sampling_time)
 
 
 def strokes(folder: Path) -> Dataset:
     """Read the two runs of the cylinder every 0.04 s, with the velocity as the slope of the position."""
     runs = []
     for name in ("bar3", "bar7"):
-        stamps, *columns = np.loadtxt(folder / f"{name}.csv", delimiter=",", skiprows=1, unpack=True)
+        stamps, *measured = np.loadtxt(folder / f"{name}.csv", delimiter=",", skiprows=1, unpack=True)
         now = np.arange(stamps[0], stamps[-1], 0.04)
-        position, pressure, force = (np.interp(now, stamps, column) for column in columns)
+        position, pressure, force = (np.interp(now, stamps, samples) for samples in measured)
         moved = Dataset.from_arrays(
             input={"velocity": np.gradient(position, 0.04), "pressure": pressure},
             output={"force": force},
@@ -256,7 +256,7 @@ CASES = (
         two_tanks(),
         "two linear tanks in succession",
         "each outflow follows the root of its level",
-        read=columns("two_tank", "pump", "level", 1.2),
+        read=columns("pump", "level", 1.2),
     ),
     Case(
         "heat_exchanger",
@@ -265,7 +265,7 @@ CASES = (
         SECOND,
         "linear, order 2",
         "gain and time constant depend on the flow",
-        read=columns("heat_exchanger", "flow", "temperature", 1.0),
+        read=columns("flow", "temperature", 1.0),
     ),
     Case(
         "opto_shield",
@@ -274,7 +274,7 @@ CASES = (
         OutputError(1, 0, 0, offset=True),
         "linear, order 1, without delay",
         "the sensor saturates, is fast to light and slow to dark",
-        read=columns("opto_shield", "led", "ldr", 0.05),
+        read=columns("led", "ldr", 0.05),
     ),
     Case(
         "ball_and_hoop",
@@ -283,7 +283,7 @@ CASES = (
         OutputError(1, 0, offset=True),
         "linear, order 1",
         "dry friction, saturation of the drive",
-        read=columns("ball_and_hoop", "u", "speed", 0.1),
+        read=columns("u", "speed", 0.1),
     ),
     Case(
         "dc_motor_hsm150",
@@ -301,7 +301,7 @@ CASES = (
         OutputError(1, 0, offset=True),
         "linear, order 1",
         "the valve sticks",
-        read=columns("stiction_loop", "OP", "PV", 24.0),
+        read=columns("OP", "PV", 24.0),
     ),
     Case(
         "seal_friction",
