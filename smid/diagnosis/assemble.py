@@ -11,7 +11,7 @@ from relaxations.algebra.arrays import Array
 from smid.diagnosis.cause import SAME, Cause, CauseParameter, Rival
 from smid.diagnosis.effects.effect import Describe, Detection, Effect, Site
 from smid.diagnosis.effects.input_noise import in_the_record
-from smid.diagnosis.search.compare import chance, rms, structure
+from smid.diagnosis.search.compare import chance, rms, spread, structure
 from smid.diagnosis.search.evidence import Evidence
 from smid.diagnosis.search.guarded import Failure, guarded
 from smid.diagnosis.search.posterior import Posterior
@@ -21,6 +21,7 @@ from smid.diagnosis.search.trial import Trial
 from smid.fitting.fit import Fit
 
 _SPREAD = 3.0  # standard deviations either side
+_GROWN = 2.0  # noise may be so many times as large on the test part: levels and inputs differ there
 _MOST_RIVALS = 5
 _MOST_ODDS = 1e12
 _LIKE = 1.02  # errors whose ratio is smaller are alike
@@ -46,11 +47,12 @@ def too_small(
     error: Callable[[Visited | None], float],
     after: float,
     noticed: float,
+    heard: str | None = None,
 ) -> list[Trial]:
     """Return the effects of the chosen set that the test part does not show.
 
-    Noise that the residual shows too is not among them: most of it stays in the error. The one that is missed least is
-    judged first, and each without those before it: two that stand in for one another are not both too small.
+    The one that is missed least is judged first, and each without those before it: two that stand in for one another
+    are not both too small.
 
     Parameters
     ----------
@@ -60,15 +62,21 @@ def too_small(
         The error of the chosen set.
     noticed
         An error that is larger by this shows.
+    heard
+        An effect on the noise that the residual shows too. It is not among them: most of the noise stays in the error.
     """
-    heard = found.chosen.effects.detected
-    shown = {*found.alternatives, *([heard[0].name] if heard else [])}
+    shown = {*found.alternatives, heard}
     small: list[Trial] = []
     for trial, _ in reversed(ordered(found, visited)):
         rest = _lacking(found, visited, [trial.effect, *(other.effect for other in small)])
         if trial.effect not in shown and not error(rest) - after > noticed:
             small.append(trial)
     return small
+
+
+def has_grown(chosen: Visited, record: Record, after: Residual) -> bool:
+    """Return whether the chosen set errs so much more on the test part that this is not the noise that it tells."""
+    return rms(after) - _SPREAD * spread(after) > _GROWN * _error(chosen, record)
 
 
 def _lacking(found: Posterior, visited: Sequence[Visited], effects: Sequence[str]) -> Visited | None:

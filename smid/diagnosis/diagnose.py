@@ -18,7 +18,7 @@ from smid.data import Dataset
 from smid.data.estimates import estimate_names, with_estimates, without_estimates
 from smid.data.given import Given, as_dataset
 from smid.data.listing import missing_notes
-from smid.diagnosis.assemble import cause_of, detected, ordered, too_small
+from smid.diagnosis.assemble import cause_of, detected, has_grown, ordered, too_small
 from smid.diagnosis.cause import Cause
 from smid.diagnosis.checks import bound_of_output, check_moving, chosen_effects, output_of, processes
 from smid.diagnosis.diagnosis import Diagnosis, Verdict
@@ -346,27 +346,30 @@ def _assemble(
     def errors_of(one: Visited | None) -> list[Array]:
         return tested(free_run(one.effects.fit, data, parts)) if one is not None else before
 
-    small = too_small(found, visited, lambda one: rms(errors_of(one)), rms(after), spread(after))
+    heard, grown = found.chosen.effects.detected, has_grown(found.chosen, record, after)
+    told = heard[0].name if heard and not grown else None
+    small = too_small(found, visited, lambda one: rms(errors_of(one)), rms(after), spread(after), told)
     named: list[Cause] = []
     details: list[Cause] = []
     for trial, without in ordered(found, visited):
         cause = cause_of(trial, found, without, visited, record, final, (errors_of(without), after))
         (details if trial in small else named).append(cause)
     # Where the search has left glitches out, those of the test part are told with them.
-    told = replace(looked, glitches=looked.glitches and (bad or looked.glitches))
-    detections = _noise_effects(told, found, final, chosen)
-    noise = [
-        detected(e, d, record.site(final), found.probability.get(e.name, d.confidence), rms(after))
-        for e, d in detections
-    ]
+    glitched = replace(looked, glitches=looked.glitches and (bad or looked.glitches))
+    noise, extended = list[Cause](), final.model
+    for effect, detection in _noise_effects(glitched, found, final, chosen):
+        probability = found.probability.get(effect.name, detection.confidence)
+        cause = detected(effect, detection, record.site(final), probability, rms(after))
+        if detection.glitches is None:
+            (details if grown else noise).append(cause)
+            extended = extended if grown else detection.model
+        else:
+            noise.append(cause)
     # Glitches that show only with the extended model are smaller than the named causes. What is ambiguous comes last.
     first = 1 if looked.glitches and glitches_of(record, base.fit, chosen) else 0
     causes = [*noise[:first], *named, *noise[first:]]
     causes.sort(key=lambda cause: cause.effect in found.alternatives[:1])
     verdict = Verdict.AMBIGUOUS if found.alternatives else Verdict.NAMED if causes else Verdict.NONE
-    extended = final.model
-    for _, detection in detections:
-        extended = detection.model if detection.glitches is None else extended
     extended = in_the_record(extended, record.data)
     if verdict is Verdict.NONE:
         final_run, after, extended = base_run, before, base.fit.model

@@ -31,6 +31,11 @@ _NO_POLYNOMIAL = (
     "the line of {name!r} is not a polynomial in its parameters, noises and samples: intervals need one; write it with "
     "polynomials, Max, Min, Abs and sign, or give method='inversion'"
 )
+_TOO_LONG = (
+    "the line of {name!r} has more than {most} terms when it is written out: give method='inversion', or choose a "
+    "simpler scheme"
+)
+_MOST_TERMS = 20_000
 MOST_SUMMANDS = 24  # floats: over a thousand bits
 
 
@@ -334,6 +339,20 @@ def _keeps_denominator(flat: sympy.Expr) -> bool:
     return False
 
 
+def _written_out(expression: sympy.Expr, known: dict[sympy.Expr, int]) -> int:
+    """Return the number of terms of an expression that is multiplied out, before equal ones are put together."""
+    if expression not in known:
+        own = [_written_out(part, known) for part in expression.args]
+        if expression.is_Add:
+            known[expression] = sum(own)
+        elif expression.is_Pow and expression.exp.is_Integer and expression.exp > 0:
+            power = int(expression.exp)
+            known[expression] = math.comb(own[0] + power - 1, power)
+        else:
+            known[expression] = math.prod(own)
+    return known[expression]
+
+
 def _terms(
     name: str,
     flat: sympy.Expr,
@@ -342,6 +361,8 @@ def _terms(
     latent: Mapping[sympy.Symbol, Reference],
     data: Mapping[sympy.Symbol, Reference],
 ) -> tuple[Term, ...]:
+    if _written_out(flat, {}) > _MOST_TERMS:  # sympy would take minutes
+        raise NotPolynomialError(_TOO_LONG.format(name=name, most=_MOST_TERMS))
     # Expand into one polynomial with rational coefficients, or name the cause.
     known = sorted(data, key=str)
     try:

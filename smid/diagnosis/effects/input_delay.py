@@ -1,7 +1,9 @@
 """Dead time: the input acts d samples later, whole or fractional.
 
-One continuous parameter: hat functions ``sum_k max(0, 1 - |d - k|) u[t-k]`` pick sample d, or interpolate linearly
-between two; behind a static curve of the input, for a held input is half a sample late when the curve of it is.
+One continuous parameter: ``u[t] + sum_k clip(d - k) (u[t-k-1] - u[t-k])``, with ``clip(x)`` = x within [0, 1], is
+sample d, or interpolates linearly between two. In this form an interval of d keeps an input within its own values,
+which proofs need. It acts behind a static curve of the input, for a held input is half a sample late when the curve of
+it is.
 Reference: Laakso et al., IEEE Signal Processing Magazine 13 (1996) 30-60, first-order interpolation.
 """
 
@@ -13,7 +15,7 @@ import numpy as np
 import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
-from smid.diagnosis.effects.parts.extremes import larger
+from smid.diagnosis.effects.parts.extremes import larger, smaller
 from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity
 from smid.diagnosis.effects.parts.plant import static_end
 from smid.models import Model, signal, t
@@ -34,8 +36,8 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
 
     def late(u: sympy.Expr) -> sympy.Expr:
         past = signal(str(u.base.label))
-        hats = (larger(0, 1 - sympy.Abs(delay.symbol - k)) * past[t - k] for k in range(longest + 1))
-        return sum(hats, sympy.Integer(0))
+        clips = (larger(0, smaller(1, delay.symbol - k)) for k in range(longest))
+        return sum((clip * (past[t - k - 1] - past[t - k]) for k, clip in enumerate(clips)), past[t])
 
     starts = [d for d in (1.0, 2.0, 3.0, 5.0, 8.0, 0.5, float(likely)) if 0 < d <= longest]
     bent = static_end(model, site.input)

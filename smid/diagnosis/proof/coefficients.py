@@ -5,40 +5,35 @@ wide boxes, products of parameters cost most of what the samples say, and boxes 
 coefficient becomes an unknown of its own, with the range that it has over the boxes of the parameters. If no free
 coefficients fit, no parameters do.
 
-A static curve of an input with few levels takes few values in a window, whatever the curve is. Each value is such a
-coefficient. So a bias in front of a polynomial, a dead zone and a saturation need no cuts.
+What the inputs drive through a curve or a hysteresis takes few values in a window (:mod:`.driven`), and each of them
+times what it is multiplied by is such a coefficient. So the parameters of these effects need no cuts.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import sympy
 
 from relaxations.algebra.arrays import Array
 from smid.data import Channel, Dataset
+from smid.diagnosis.proof.driven import driven_signals
 from smid.identification.inversion.record import Record
 from smid.models import Line, Model, Parameter, signal, t
 from smid.models.hidden_states import first_instants, without_hidden_states
 from smid.models.structure import exogenous
-from smid.models.symbols import inlined, number, plain_symbols, references, unused
+from smid.models.symbols import inlined, plain_symbols, references, unused
 
+_Ends = tuple[float, float]
+
+_ROUNDED = 1 + 1e-9
 _MORE = 2.0
 """So many coefficients for each parameter are worth a proof: more of them hardly leave a contradiction."""
 
 _LARGEST = 1000
 """Parts of a line: longer ones, which hold the same part again and again, take minutes to be written out."""
-
-
-@dataclass(frozen=True)
-class _Curve:
-    """A static signal: what it is at each level, and for each experiment at which samples, shape (n, levels)."""
-
-    signal: str
-    values: tuple[sympy.Expr, ...]
-    samples: tuple[Array, ...]
 
 
 def with_free_coefficients(record: Record, bounds: Mapping[str, float]) -> Record | None:
@@ -53,70 +48,124 @@ def with_free_coefficients(record: Record, bounds: Mapping[str, float]) -> Recor
     bounds
         Of each noisy channel, in its unit.
     """
-    sizes: dict[sympy.Basic, int] = {}
-    if record.model.enclosed or any(_size(line.expression, sizes) > _LARGEST for line in record.model.lines):
+    if record.model.enclosed:
         return None
-    found = _freed(_without_curves(record, bounds), bounds)
-    if found is None or _first(found).items() - _first(record).items():
+    (driven, numbers), sizes = _without_driven(record, bounds), dict[sympy.Basic, int]()
+    if any(_size(line.expression, sizes) > _LARGEST for line in driven.model.lines):
+        return None
+    found = _freed(driven, bounds, numbers)
+    if found is None or _first(found).items() - _first(driven).items():
         return None  # what cancels must not move the sample from which a line holds
     if found.hidden:
         model = replace(found.model, bounds={})
         plain = without_hidden_states(model)
         if set(plain.states) <= {m.signal for m in plain.measurements}:
-            shorter = _freed(Record(plain, found.data, bounds, whole=found.whole), bounds)
+            shorter = _freed(Record(plain, found.data, bounds, whole=found.whole), bounds, numbers)
             since = first_instants(model)
             if shorter is not None and all(first >= since.get(name, 0) for name, first in _first(shorter).items()):
                 found = shorter
-    return found if len(found.model.parameters) <= _MORE * len(record.model.parameters) else None
+    return found if len(found.model.parameters) <= _MORE * (len(record.model.parameters) + len(numbers)) else None
 
 
-def _without_curves(record: Record, bounds: Mapping[str, float]) -> Record:
-    """Return the record with static curves written as their values at each level."""
+def _without_driven(record: Record, bounds: Mapping[str, float]) -> tuple[Record, dict[str, str]]:
+    """Return the record with driven signals written as their numbers.
+
+    With it the channels that tell which number each sample has, and the signal that each is of.
+    """
     model, data, taken = record.model, record.data, set(record.model.names)
-    written: dict[str, sympy.Expr] = {}
-    for curve in _curves(model, data):
-        levels = [_new(f"{curve.signal}_at_{place}", taken) for place in range(len(curve.values))]
-        for place, name in enumerate(levels):
-            data = _with_channel(data, name, [own[:, place] for own in curve.samples])
-        terms = (value * signal(name)[t] for value, name in zip(curve.values, levels, strict=True))
-        written[curve.signal] = sympy.Add(*terms)
+    written, parameters, numbers = dict[str, sympy.Expr](), list[Parameter](), dict[str, str]()
+    for driven in driven_signals(record):
+        names = [_new(f"{driven.signal}_at_{place}", taken) for place in range(len(driven.values))]
+        for place, name in enumerate(names):
+            data = _with_channel(data, name, [own[:, place] for own in driven.samples])
+        terms = (value * signal(name)[t] for value, name in zip(driven.values, names, strict=True))
+        written[driven.signal] = sympy.Add(*terms)
+        parameters += driven.parameters
+        numbers |= dict.fromkeys(names, driven.signal)
     if not written:
-        return record
+        return record, {}
     lines = {line.signal: inlined(line.expression, written) for line in model.lines}
     needed = _needed(lines, {m.signal for m in model.measurements})
-    return Record(
-        replace(
-            model,
-            lines=tuple(Line(signal(name)[t], own) for name, own in lines.items() if name in needed),
-            bounds={name: ends for name, ends in model.bounds.items() if name in needed},
-            constraints=(),
-            origins={},
-        ),
-        data,
-        bounds,
-        whole=record.whole,
+    model = replace(
+        model,
+        parameters=(*model.parameters, *parameters),
+        lines=tuple(Line(signal(name)[t], own) for name, own in lines.items() if name in needed),
+        bounds={name: ends for name, ends in model.bounds.items() if name in needed},
+        constraints=(),
+        origins={},
     )
+    return Record(model, data, bounds, whole=record.whole), numbers
 
 
-def _freed(record: Record, bounds: Mapping[str, float]) -> Record | None:
+def _freed(record: Record, bounds: Mapping[str, float], numbers: Mapping[str, str]) -> Record | None:
     """Return the record with a free coefficient for each bent one; None where there are none, or one has no ends."""
-    model = record.model
+    model = _multiplied_out(record.model)
     coefficients = _Coefficients(set(model.names))
     lines = tuple(Line(signal(e.signal)[t], coefficients.free(e.expression)) for e in model.lines)
     values = tuple(coefficients.symbols)
     if not values:
         return None
     ends = Record(replace(model, constraints=values), record.data, bounds).constraint_ends()
-    if not np.isfinite(ends).all():
-        return None
-    free = [
-        Parameter(str(own), low, high)
-        for own, (low, high) in zip(coefficients.symbols.values(), ends.tolist(), strict=True)
-    ]
+    boxes = {p.symbol: (p.lower, p.upper) for p in model.parameters}
+    boxes |= dict(zip(coefficients.symbols.values(), map(tuple, ends.tolist()), strict=True))
+    boxes |= _told(model, lines, record.data, bounds, boxes, numbers)
     occurring = {name for line in lines for name in plain_symbols(line.expression)}
-    parameters = tuple(p for p in (*model.parameters, *free) if p.name in occurring)
+    parameters = tuple(Parameter(str(own), *box) for own, box in boxes.items() if str(own) in occurring)
+    if not all(np.isfinite([p.lower, p.upper]).all() for p in parameters):
+        return None
     freed = replace(model, parameters=parameters, lines=lines, constraints=(), values={})
     return Record(freed, record.data, bounds, whole=record.whole)
+
+
+def _multiplied_out(model: Model) -> Model:
+    """Return the model with static polynomials of the inputs multiplied out, in the lines that read them."""
+    shown, static = {m.signal for m in model.measurements}, dict[str, sympy.Expr]()
+    known = set(exogenous(model.lines)) - shown
+    for line in model.lines:
+        expression = inlined(line.expression, static)
+        is_static = line.signal not in shown and all(name in known for name, _ in references(expression))
+        if is_static and expression.is_polynomial(*expression.atoms(sympy.Indexed)):
+            static[line.signal] = sympy.expand(expression)
+    others = (line for line in model.lines if line.signal not in static)
+    return replace(model, lines=tuple(replace(own, expression=inlined(own.expression, static)) for own in others))
+
+
+def _within(box: _Ends, reach: float) -> _Ends:
+    low, high = max(box[0], -reach), min(box[1], reach)
+    return (low, high) if low <= high else box
+
+
+def _told(
+    model: Model,
+    lines: Sequence[Line],
+    data: Dataset,
+    bounds: Mapping[str, float],
+    boxes: Mapping[sympy.Symbol, _Ends],
+    numbers: Mapping[str, str],
+) -> dict[sympy.Symbol, _Ends]:
+    """Return ends of the numbers of a driven signal, as the measurements tell them.
+
+    Where a measured state reads one such signal at one lag, it is the sum of one number and of products of bounded
+    signals and coefficients.
+    """
+    largest = {name: max(float(np.abs(run.values[name]).max()) for run in data.experiments) for name in data.names}
+    shown = (m for m in model.measurements if m.noise and not m.inverse)
+    largest |= {m.signal: largest[m.channel] + bounds[m.channel] for m in shown}
+    found = dict[sympy.Symbol, _Ends]()
+    for line in lines:
+        own, read_from, rest = list[sympy.Symbol](), set[tuple[str, int]](), largest.get(line.signal, np.inf)
+        for term in sympy.Add.make_args(line.expression):
+            factor, read = term.as_independent(sympy.Indexed, as_Add=False)
+            ((name, lag),) = references(read) if isinstance(read, sympy.Indexed) else (("", 0),)
+            if name in numbers:
+                own.append(factor)
+                read_from.add((numbers[name], lag))
+            else:
+                size = abs(float(factor)) if factor.is_number else max(map(abs, boxes[factor]))
+                rest += size * (1.0 if read == 1 else largest.get(name, np.inf))
+        if len(read_from) == 1 and np.isfinite(rest):
+            found |= {one: _within(boxes[one], rest * _ROUNDED) for one in own if one in boxes}
+    return found
 
 
 class _Coefficients:
@@ -177,39 +226,6 @@ def _needed(lines: Mapping[str, sympy.Expr], shown: set[str]) -> set[str]:
             needed.add(name)
             waiting += [read for read, _ in references(lines[name]) if read in lines]
     return needed
-
-
-def _curves(model: Model, data: Dataset) -> Iterator[_Curve]:
-    """Yield the static signals that others read, if they have no more levels than parameters of their own."""
-    shown = {m.signal for m in model.measurements}
-    known = set(exogenous(model.lines)) - shown
-    static: dict[str, sympy.Expr] = {}
-    for line in model.lines:
-        expression = inlined(line.expression, static)
-        if line.signal not in shown and all(name in known and lag == 0 for name, lag in references(expression)):
-            static[line.signal] = expression
-    others = [line for line in model.lines if line.signal not in static]
-    read = {name for line in others for name, _ in line.reads}
-    elsewhere = {name for line in others for name in plain_symbols(line.expression)}
-    for name, expression in static.items():
-        own = plain_symbols(expression) - elsewhere
-        channels = sorted({channel for channel, _ in references(expression)})
-        if name not in read or not own or not channels:
-            continue
-        samples = [np.column_stack([run.values[channel] for channel in channels]) for run in data.experiments]
-        levels = np.unique(np.concatenate(samples), axis=0)
-        if not np.isfinite(levels).all() or len(levels) > len(own) + 1:
-            continue
-        atoms = [signal(channel)[t] for channel in channels]
-        values = tuple(
-            expression.xreplace(dict(zip(atoms, map(number, level), strict=True))) for level in levels.tolist()
-        )
-        if sum(not value.is_number for value in values) <= len(own):
-            yield _Curve(
-                name,
-                values,
-                tuple((run[:, None, :] == levels[None]).all(axis=2).astype(np.float64) for run in samples),
-            )
 
 
 def _with_channel(data: Dataset, name: str, samples: list[Array]) -> Dataset:

@@ -209,6 +209,12 @@ class Record:
         """Return the least and the largest value of each constraint over the first box, shape (constraints, 2)."""
         return self._run(self.cut.parts[0], 0, self.lower, self.upper).constraints[:, [LOW, HIGH]]
 
+    def output_ends(self, name: str) -> list[Array]:
+        """Return the ends of what is zero at each sample of a measured signal over the first box, shapes (n, 2)."""
+        place = [own for _, own in self.tape.measured].index(name)
+        runs = (self._run(piece, 0, self.lower, self.upper) for piece in self.cut.wholes)
+        return [found.outputs[found.places[:, 0] == place][:, [LOW, HIGH]] for found in runs]
+
     def fits(self, point: Array) -> bool:
         """Return whether a point is verified to fit every sample.
 
@@ -232,7 +238,8 @@ class Record:
                 above, below = forms[:, CENTRE] - reach >= 0, forms[:, CENTRE] + reach <= 0
                 if sign < 0:
                     first = above, below
-                elif not np.all((first[0] & below) | (first[1] & above)):
+                kept = above | below if sign < 0 else (first[0] & below) | (first[1] & above)
+                if not np.all(kept):
                     return False
             bounded = found.constraints
             reach = (np.abs(bounded[:, SLOPES:]).sum(axis=1) + bounded[:, RADIUS]) * _UP

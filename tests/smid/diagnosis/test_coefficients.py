@@ -26,6 +26,14 @@ TWO_LAGS = OwnModel(
 ).bound(h=(-20, 20))
 
 
+PLAY = OwnModel(
+    ["v[t] = Max(u[t] - gap, Min(u[t] + gap, v[t-1]))", "w[t] = p*w[t-1] + b*v[t-1]"],
+    {"y": "w"},
+    ["u"],
+    {"gap": (0, 1), "b": (-10, 10), "p": (-1, 1)},
+).bound(v=(-20, 20))
+
+
 def record(model: Model, truth: dict[str, float], error: float = 0.0, levels: int = 3) -> Record:
     rng = np.random.default_rng(0)
     u = np.repeat(rng.integers(0, levels, 10) / 2.0, 6)
@@ -69,9 +77,33 @@ def test_a_hidden_lag_is_eliminated() -> None:
     assert not searched(freed(record(TWO_LAGS, truth, error=2.0))).boxes
 
 
-def test_an_input_with_many_levels_keeps_its_curve() -> None:
-    found = with_free_coefficients(record(CURVE, {"a": 1.0, "b": 0.5, "e": 0.1, "p": 0.8}, levels=9), BOUND)
-    assert found is None or {"a", "b", "e"} & set(found.tape.parameters)
+def test_a_polynomial_on_many_levels_has_as_many_coefficients_as_powers() -> None:
+    found = freed(record(CURVE, {"a": 1.0, "b": 0.5, "e": 0.1, "p": 0.8}, levels=9))
+    assert len(found.tape.parameters) == 4  # the pole, and those of one, u and its square
+
+
+@pytest.mark.parametrize("levels", [2, 4, 6])
+def test_what_a_hysteresis_makes_of_an_input_needs_few_boxes(levels: int) -> None:
+    """Its gap and its memory are never cut."""
+    truth = {"gap": 0.4, "b": 2.0, "p": 0.8}
+    found = freed(record(PLAY, truth, levels=levels))
+    assert searched(found).boxes
+    assert not searched(freed(record(PLAY, truth, error=0.5, levels=levels))).boxes
+
+
+def test_the_numbers_of_a_signal_are_told_from_its_channels_whatever_these_are_called() -> None:
+    """The second input is no number of the play of the first."""
+    model = OwnModel(
+        ["v[t] = Max(u[t] - gap, Min(u[t] + gap, v[t-1]))", "w[t] = p*w[t-1] + b*v[t-1] + c*v_at_1[t-1]"],
+        {"y": "w"},
+        ["u", "v_at_1"],
+        {"gap": (0, 1), "b": (-10, 10), "p": (-1, 1), "c": (-100, 100)},
+    ).bound(v=(-20, 20))
+    rng = np.random.default_rng(0)
+    inputs = {"u": np.repeat(rng.integers(0, 3, 10) / 2.0, 6), "v_at_1": np.eye(1, 60, 30)[0]}
+    y = simulate(model, inputs, {"gap": 0.4, "b": 2.0, "p": 0.8, "c": 90.0}, {"v": [0.2], "w": [0.2]})["y"]
+    data = Dataset.from_arrays(input=inputs, output={"y": y}, sampling_time=1.0)
+    assert searched(freed(Record(model, data, BOUND))).boxes
 
 
 def test_lines_that_hold_the_same_part_again_and_again_stay() -> None:

@@ -11,17 +11,17 @@ def small(
     errors: dict[tuple[str, ...], float], alternatives: tuple[str, ...] = (), heard: str | None = None
 ) -> list[str]:
     """Judge effects by the test errors of the sets that were visited, the chosen one first."""
-    detected = (SimpleNamespace(name=heard), None) if heard else None
     visited = [
         SimpleNamespace(
             names=names,
             merit=-float(k),
-            effects=SimpleNamespace(trials=[SimpleNamespace(effect=n) for n in names], detected=detected),
+            effects=SimpleNamespace(trials=[SimpleNamespace(effect=n) for n in names]),
         )
         for k, names in enumerate(errors)
     ]
     found = SimpleNamespace(chosen=visited[0], alternatives=alternatives)
-    trials = too_small(found, visited, lambda one: errors[one.names if one else ()], next(iter(errors.values())), 0.1)
+    after = next(iter(errors.values()))
+    trials = too_small(found, visited, lambda one: errors[one.names if one else ()], after, 0.1, heard)
     return [trial.effect for trial in trials]
 
 

@@ -179,6 +179,21 @@ def test_input_noise_is_named_by_the_diagnosis_and_put_into_the_model():
     assert 0.03 < float(size) <= 0.1  # part of the noise is in no estimate
 
 
+@pytest.mark.parametrize("name", ["input_noise", "multiplicative_noise"])
+def test_noise_that_is_much_larger_on_the_test_part_is_not_the_cause(name):
+    """There a drift begins that nothing before it shows."""
+    u = steps(0, 500)
+    w = lag(u)
+    noisy = {"input_noise": (u + 0.1 * white(1), w), "multiplicative_noise": (u, w + 0.1 * np.abs(w) * white(2))}
+    recorded, y = noisy[name]
+    drifted = y + np.maximum(0, np.arange(500) - 400) / 50
+    same, other = (diagnose(LAG, record(recorded, one), None, [name], certify=False, workers=1) for one in (y, drifted))
+    assert [cause.effect for cause in same.causes] == [name]
+    assert other.verdict == "none"
+    assert [cause.effect for cause in other.details] == [name]
+    assert other.unexplained
+
+
 def assert_noisy(model, base, channel):
     """Assert that a model is the base model with noise in the record of a channel, and nothing else."""
     assert model.with_values({}).parameters == base.parameters

@@ -1,0 +1,168 @@
+"""Signals that the inputs alone drive, as few free numbers, whatever they are functions of.
+
+A static curve has one value at each *level* of its inputs. A backlash or a hysteresis of an input moves only while the
+input moves: it has one value on each *hold*, the samples in which the inputs stay as they are. Such numbers enter a
+linear plant linearly, where thresholds and memories need cuts without end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import sympy
+
+from relaxations.algebra.arrays import Array
+from smid.data import Channel
+from smid.identification.inversion.record import Record
+from smid.models import Line, Measurement, Model, Parameter, signal, t
+from smid.models.structure import exogenous
+from smid.models.symbols import inlined, number, plain_symbols, references, unused
+
+__all__ = ["Driven", "driven_signals"]
+
+MOST = 40
+"""Numbers for a signal: with more of them little is left that a window could contradict."""
+
+
+@dataclass(frozen=True, eq=False)
+class Driven:
+    """A signal by its numbers.
+
+    Parameters
+    ----------
+    values
+        The numbers; those of a hold are ``parameters``.
+    samples
+        Of each experiment which number each sample has, shape (n, values): one or zero.
+    """
+
+    signal: str
+    values: tuple[sympy.Expr, ...]
+    samples: tuple[Array, ...]
+    parameters: tuple[Parameter, ...] = ()
+
+
+def driven_signals(record: Record) -> Iterator[Driven]:
+    """Yield the signals that the inputs drive through parameters of their own, and that other lines read."""
+    model = record.model
+    lines = _driven(model)
+    others = [line for line in model.lines if line.signal not in lines]
+    read = {name for line in others for name, _ in line.reads}
+    elsewhere = {name for line in others for name in plain_symbols(line.expression)}
+    for name in lines:
+        needed = _needed(lines, name)
+        own = {p for line in needed.values() for p in plain_symbols(line)} - elsewhere
+        if name in read and own:
+            static = not any(lag for line in needed.values() for _, lag in references(line))
+            found = _by_level(record, name, needed, len(own) + 1) if static else _by_hold(record, name, needed)
+            if found is not None:
+                yield found
+
+
+def _driven(model: Model) -> dict[str, sympy.Expr]:
+    """Return the lines that read inputs and one another alone."""
+    shown = {m.signal for m in model.measurements}
+    known = set(exogenous(model.lines)) - shown
+    lines = {line.signal: line.expression for line in model.lines if line.signal not in shown and not line.rate}
+    while foreign := [
+        own for own, line in lines.items() if {name for name, _ in references(line)} - known - set(lines)
+    ]:
+        for own in foreign:
+            del lines[own]
+    return lines
+
+
+def _needed(lines: Mapping[str, sympy.Expr], name: str) -> dict[str, sympy.Expr]:
+    """Return the line of a signal, and all that it reads."""
+    found, waiting = dict[str, sympy.Expr](), [name]
+    while waiting:
+        own = waiting.pop()
+        if own in lines and own not in found:
+            found[own] = lines[own]
+            waiting += [read for read, _ in references(lines[own])]
+    return found
+
+
+def _by_level(record: Record, name: str, needed: Mapping[str, sympy.Expr], few: int) -> Driven | None:
+    """Return a static signal by its values at the levels of its inputs; None where these are many.
+
+    A polynomial has few coefficients, which is more than is known of as many levels.
+    """
+    expression = inlined(needed[name], needed)
+    atoms = sorted(expression.atoms(sympy.Indexed), key=str)
+    channels = [str(atom.base.label) for atom in atoms]
+    runs = [np.column_stack([run.values[channel] for channel in channels]) for run in record.data.experiments]
+    levels = np.unique(np.concatenate(runs), axis=0)
+    if not np.isfinite(levels).all() or len(levels) > (few if expression.is_polynomial(*atoms) else MOST):
+        return None
+    values = [expression.xreplace(dict(zip(atoms, map(number, level), strict=True))) for level in levels.tolist()]
+    samples = tuple((run[:, None, :] == levels[None]).all(axis=2).astype(np.float64) for run in runs)
+    return Driven(name, tuple(values), samples)
+
+
+def _by_hold(record: Record, name: str, needed: Mapping[str, sympy.Expr]) -> Driven | None:
+    """Return a signal that moves with its inputs alone by its values on the holds; None where it moves otherwise."""
+    if not all(_stays(line, own) for own, line in needed.items()):
+        return None
+    channels = {read for line in needed.values() for read, _ in references(line) if read not in needed}
+    first = int(record.tape.first[record.tape.signals.index(name)])
+    numbers = [_holds([run.values[channel] for channel in sorted(channels)], first) for run in record.data.experiments]
+    counts = [int(own[-1]) + 1 for own in numbers]
+    if not channels or sum(counts) > MOST:
+        return None
+    ends = _ends(record, name, needed)
+    taken, values, samples = set(record.model.names), list[Parameter](), []
+    for e, (own, count) in enumerate(zip(numbers, counts, strict=True)):
+        place = len(values)
+        for k in range(count):
+            low, high = (ends[e][own == k, side] for side in (0, 1))
+            values.append(Parameter(unused(f"{name}_held_{place + k}", taken), float(low.min()), float(high.max())))
+        samples.append((place + own[:, None] == np.arange(sum(counts))).astype(np.float64))
+    symbols = tuple(p.symbol for p in values)
+    return Driven(name, symbols, tuple(samples), tuple(values))
+
+
+def _stays(expression: sympy.Expr, own: str) -> bool:
+    """Return whether a signal is as it was a sample ago where all that it reads is.
+
+    So is an own value through which all differences of the sample before vanish, and a value between limits of this
+    sample, as of such a value: what is within them already stays.
+    """
+    past = [(name, lag) for name, lag in references(expression) if lag]
+    if not past:
+        return True
+    if isinstance(expression, sympy.Max | sympy.Min):
+        moving = [part for part in expression.args if any(lag for _, lag in references(part))]
+        return len(moving) == 1 and _stays(moving[0], own)
+    if any(lag > 1 for _, lag in past):
+        return False
+    still = {signal(name)[t - 1]: signal(name)[t] for name, _ in past if name != own}
+    return bool(sympy.expand(expression.xreplace(still) - signal(own)[t - 1]) == 0)
+
+
+def _holds(channels: list[Array], first: int) -> Array:
+    """Return the number of the hold of each sample; each of the first, of which the line says nothing, has its own."""
+    moved = np.any([np.diff(own) != 0 for own in channels], axis=0)
+    moved[: max(first, 1)] = True
+    return np.concatenate([[0], np.cumsum(moved)])
+
+
+def _ends(record: Record, name: str, needed: Mapping[str, sympy.Expr]) -> list[Array]:
+    """Return the least and the largest value of a signal over the boxes, for each experiment, shape (n, 2)."""
+    model, taken = record.model, set(record.model.names)
+    seen, channel = unused("seen", taken), unused("zero", taken)
+    alone = replace(
+        model,
+        lines=(*(line for line in model.lines if line.signal in needed), Line(signal(seen)[t], signal(name)[t])),
+        measurements=(Measurement(channel, seen, None),),
+        bounds={own: ends for own, ends in model.bounds.items() if own in needed},
+        constraints=(),
+        origins={},
+    )
+    runs = tuple(
+        replace(run, values={**run.values, channel: np.zeros(run.n_samples)}) for run in record.data.experiments
+    )
+    data = replace(record.data, experiments=runs, channels=(*record.data.channels, Channel(channel)), resampling=())
+    return Record(alone, data, {}, whole=True).output_ends(seen)
