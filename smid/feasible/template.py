@@ -31,11 +31,11 @@ _NO_POLYNOMIAL = (
     "the line of {name!r} is not a polynomial in its parameters, noises and samples: intervals need one; write it with "
     "polynomials, Max, Min, Abs and sign, or give method='inversion'"
 )
-_TOO_LONG = (
-    "the line of {name!r} has more than {most} terms when it is written out: give method='inversion', or choose a "
-    "simpler scheme"
-)
 _MOST_TERMS = 20_000
+_TOO_LONG = (
+    f"a line of the model has more than {_MOST_TERMS} terms when it is multiplied out: give method='inversion', or "
+    "choose a simpler scheme"
+)
 MOST_SUMMANDS = 24  # floats: over a thousand bits
 
 
@@ -362,7 +362,7 @@ def _terms(
     data: Mapping[sympy.Symbol, Reference],
 ) -> tuple[Term, ...]:
     if _written_out(flat, {}) > _MOST_TERMS:  # sympy would take minutes
-        raise NotPolynomialError(_TOO_LONG.format(name=name, most=_MOST_TERMS))
+        raise NotPolynomialError(_TOO_LONG)
     # Expand into one polynomial with rational coefficients, or name the cause.
     known = sorted(data, key=str)
     try:

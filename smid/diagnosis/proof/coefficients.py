@@ -72,7 +72,7 @@ def _without_driven(record: Record, bounds: Mapping[str, float]) -> tuple[Record
 
     With it the channels that tell which number each sample has, and the signal that each is of.
     """
-    model, data, taken = record.model, record.data, set(record.model.names)
+    model, data, taken = record.model, record.data, {*record.model.names, *record.data.names}
     written, parameters, numbers = dict[str, sympy.Expr](), list[Parameter](), dict[str, str]()
     for driven in driven_signals(record):
         names = [_new(f"{driven.signal}_at_{place}", taken) for place in range(len(driven.values))]
@@ -161,7 +161,7 @@ def _told(
                 own.append(factor)
                 read_from.add((numbers[name], lag))
             else:
-                size = abs(float(factor)) if factor.is_number else max(map(abs, boxes[factor]))
+                size = abs(float(factor)) if factor.is_number else max(map(abs, boxes.get(factor, (np.inf,))))
                 rest += size * (1.0 if read == 1 else largest.get(name, np.inf))
         if len(read_from) == 1 and np.isfinite(rest):
             found |= {one: _within(boxes[one], rest * _ROUNDED) for one in own if one in boxes}

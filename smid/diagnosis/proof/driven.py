@@ -3,6 +3,8 @@
 A static curve has one value at each *level* of its inputs. A backlash or a hysteresis of an input moves only while the
 input moves: it has one value on each *hold*, the samples in which the inputs stay as they are. Such numbers enter a
 linear plant linearly, where thresholds and memories need cuts without end.
+
+Reference: Visintin, Differential Models of Hysteresis, Springer (1994), chapter III (rate independence).
 """
 
 from __future__ import annotations
@@ -151,7 +153,7 @@ def _holds(channels: list[Array], first: int) -> Array:
 
 def _ends(record: Record, name: str, needed: Mapping[str, sympy.Expr]) -> list[Array]:
     """Return the least and the largest value of a signal over the boxes, for each experiment, shape (n, 2)."""
-    model, taken = record.model, set(record.model.names)
+    model, taken = record.model, {*record.model.names, *record.data.names}
     seen, channel = unused("seen", taken), unused("zero", taken)
     alone = replace(
         model,

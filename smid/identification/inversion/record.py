@@ -210,10 +210,18 @@ class Record:
         return self._run(self.cut.parts[0], 0, self.lower, self.upper).constraints[:, [LOW, HIGH]]
 
     def output_ends(self, name: str) -> list[Array]:
-        """Return the ends of what is zero at each sample of a measured signal over the first box, shapes (n, 2)."""
-        place = [own for _, own in self.tape.measured].index(name)
-        runs = (self._run(piece, 0, self.lower, self.upper) for piece in self.cut.wholes)
-        return [found.outputs[found.places[:, 0] == place][:, [LOW, HIGH]] for found in runs]
+        """Return the ends of what is zero at each sample of a measured signal over the first box, shapes (n, 2).
+
+        They are infinite where the model does not compute the signal.
+        """
+        place, result = [own for _, own in self.tape.measured].index(name), []
+        for piece in self.cut.wholes:
+            found = self._run(piece, 0, self.lower, self.upper)
+            own = found.places[:, 0] == place
+            ends = np.tile([-np.inf, np.inf], (piece.data.shape[1], 1))
+            ends[found.places[own, 1]] = found.outputs[own][:, [LOW, HIGH]]
+            result.append(ends)
+        return result
 
     def fits(self, point: Array) -> bool:
         """Return whether a point is verified to fit every sample.

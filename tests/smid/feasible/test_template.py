@@ -1,14 +1,15 @@
 """Templates: exact coefficients, and no symbolic work per sample."""
 
 from fractions import Fraction
+from time import process_time
 
 import numpy as np
 import pytest
 import sympy
 
 from smid import Dataset, FeasibleSet, Hammerstein, ModelError, OutputError, Wiener
-from smid.feasible.template import flat_lines, templates
-from smid.models import Line, Measurement, Model, Parameter
+from smid.feasible.template import flat_lines, is_polynomial, templates
+from smid.models import Line, Measurement, Model, OwnModel, Parameter
 from smid.models.symbols import signal, t
 
 
@@ -167,3 +168,16 @@ def test_a_float_in_a_model_is_the_binary_fraction_that_it_is() -> None:
     (template,) = templates(OutputError(1, 0, fixed={"b0": 0.1}))
     factors = {factor for term in template.terms for factor, _ in term.data}
     assert -Fraction(0.1) in factors
+
+
+def test_a_line_of_too_many_terms_is_not_written_out():
+    """Four stages of Runge and Kutta with a drag: sympy takes a minute to multiply them out."""
+    boxes = {"theta": (2, 200), "d": (0.01, 10), "k": (0, 16)}
+    model = OwnModel(
+        ["d/dt w = theta*(u - d*w) - k*Abs(w)*w"], {"y": "w"}, ["u"], boxes, scheme="rk4", sampling_time=0.02
+    )
+    began = process_time()
+    assert not is_polynomial(model)
+    assert process_time() - began < 10
+    with pytest.raises(ModelError, match=r"a line of the model has more than 20000 terms .* give method='inversion'"):
+        templates(model)
