@@ -36,10 +36,11 @@ _LARGEST = 1000
 """Parts of a line: longer ones, which hold the same part again and again, take minutes to be written out."""
 
 
-def with_free_coefficients(record: Record, bounds: Mapping[str, float]) -> Record | None:
-    """Return the record of the model with free coefficients; None where there are too many, or none.
+def with_free_coefficients(record: Record, bounds: Mapping[str, float]) -> tuple[Record, ...]:
+    """Return records of the model with free coefficients: with few numbers of what inputs drive, and with many.
 
-    Hidden states that enter linearly are eliminated: what is left is linear in coefficients again.
+    Hidden states that enter linearly are eliminated: what is left is linear in coefficients again. None is returned
+    where there are too many coefficients, or none.
 
     Parameters
     ----------
@@ -49,8 +50,16 @@ def with_free_coefficients(record: Record, bounds: Mapping[str, float]) -> Recor
         Of each noisy channel, in its unit.
     """
     if record.model.enclosed:
-        return None
-    (driven, numbers), sizes = _without_driven(record, bounds), dict[sympy.Basic, int]()
+        return ()
+    few, many = (_without_driven(record, bounds, exactly=exactly) for exactly in (True, False))
+    known = len(record.model.parameters)
+    found = (_free(*one, bounds, known) for one in ((few, many) if few[1] != many[1] else (few,)))
+    return tuple(one for one in found if one is not None)
+
+
+def _free(driven: Record, numbers: Mapping[str, str], bounds: Mapping[str, float], known: int) -> Record | None:
+    """Return the record with free coefficients of one whose driven signals are numbers."""
+    sizes = dict[sympy.Basic, int]()
     if any(_size(line.expression, sizes) > _LARGEST for line in driven.model.lines):
         return None
     found = _freed(driven, bounds, numbers)
@@ -64,17 +73,17 @@ def with_free_coefficients(record: Record, bounds: Mapping[str, float]) -> Recor
             since = first_instants(model)
             if shorter is not None and all(first >= since.get(name, 0) for name, first in _first(shorter).items()):
                 found = shorter
-    return found if len(found.model.parameters) <= _MORE * (len(record.model.parameters) + len(numbers)) else None
+    return found if len(found.model.parameters) <= _MORE * (known + len(numbers)) else None
 
 
-def _without_driven(record: Record, bounds: Mapping[str, float]) -> tuple[Record, dict[str, str]]:
+def _without_driven(record: Record, bounds: Mapping[str, float], *, exactly: bool) -> tuple[Record, dict[str, str]]:
     """Return the record with driven signals written as their numbers.
 
     With it the channels that tell which number each sample has, and the signal that each is of.
     """
     model, data, taken = record.model, record.data, {*record.model.names, *record.data.names}
     written, parameters, numbers = dict[str, sympy.Expr](), list[Parameter](), dict[str, str]()
-    for driven in driven_signals(record):
+    for driven in driven_signals(record, exactly=exactly):
         names = [_new(f"{driven.signal}_at_{place}", taken) for place in range(len(driven.values))]
         for place, name in enumerate(names):
             data = _with_channel(data, name, [own[:, place] for own in driven.samples])

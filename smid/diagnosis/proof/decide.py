@@ -289,8 +289,8 @@ def _deciding(
             yield 0.0
         trials = list[_Trial]()
         for part in _hopeful({part: parts[part] for part in chain}):
-            free = with_free_coefficients(parts[part].record, bounds)
-            records = [(parts[part].record.with_products(), False), *([(free, True)] if free is not None else [])]
+            own = parts[part].record
+            records = [(own.with_products(), False), *((one, True) for one in with_free_coefficients(own, bounds))]
             trials += [_Trial(part, Cover(record, 0.0, deepest_first=True), freed) for record, freed in records]
             yield 0.0
         relaxed, left = not (_measures_all_states(model) and is_polynomial(model)), ""

@@ -46,8 +46,14 @@ class Driven:
     parameters: tuple[Parameter, ...] = ()
 
 
-def driven_signals(record: Record) -> Iterator[Driven]:
-    """Yield the signals that the inputs drive through parameters of their own, and that other lines read."""
+def driven_signals(record: Record, *, exactly: bool = False) -> Iterator[Driven]:
+    """Yield the signals that the inputs drive through parameters of their own, and that other lines read.
+
+    Parameters
+    ----------
+    exactly
+        Only those with at most one number more than parameters, which hardly says less than these do.
+    """
     model = record.model
     lines = _driven(model)
     others = [line for line in model.lines if line.signal not in lines]
@@ -59,7 +65,7 @@ def driven_signals(record: Record) -> Iterator[Driven]:
         if name in read and own:
             static = not any(lag for line in needed.values() for _, lag in references(line))
             found = _by_level(record, name, needed, len(own) + 1) if static else _by_hold(record, name, needed)
-            if found is not None:
+            if found is not None and not (exactly and len(found.values) > len(own) + 1):
                 yield found
 
 

@@ -44,9 +44,8 @@ def record(model: Model, truth: dict[str, float], error: float = 0.0, levels: in
 
 
 def freed(found: Record) -> Record:
-    free = with_free_coefficients(found, BOUND)
-    assert free is not None
-    return free
+    """Return the record with the most numbers."""
+    return with_free_coefficients(found, BOUND)[-1]
 
 
 def searched(found: Record) -> Cover:
@@ -56,7 +55,8 @@ def searched(found: Record) -> Cover:
     return cover
 
 
-@pytest.mark.parametrize("seed", range(12))
+# Cases with a memory of an input, which has a number for each hold, come last.
+@pytest.mark.parametrize("seed", [*range(12), 116, 208, 278, 280, 348, 369, 379, 419, 473, 504, 609, 646])
 def test_the_truth_is_never_excluded(seed: int) -> None:
     assert not is_emptied(library_case(True, seed), 0.2)
 
@@ -111,4 +111,4 @@ def test_lines_that_hold_the_same_part_again_and_again_stay() -> None:
     for _ in range(9):
         part = f"({part} - p*sin({part}))"
     model = OwnModel([f"w[t] = {part} + u[t-1]"], {"y": "w"}, ["u"], {"p": (0, 0.1)})
-    assert with_free_coefficients(record(model, {"p": 0.05}), BOUND) is None
+    assert not with_free_coefficients(record(model, {"p": 0.05}), BOUND)
