@@ -17,9 +17,9 @@ from dataclasses import replace
 import numpy as np
 import sympy
 
-from relaxations.algebra.arrays import Array
-from smid.data import Channel, Dataset
-from smid.diagnosis.proof.driven import driven_signals
+from smid.data import Dataset
+from smid.diagnosis.proof.driven import Driven, driven_signals, upstream
+from smid.diagnosis.proof.posed import with_channel
 from smid.identification.inversion.record import Record
 from smid.models import Line, Model, Parameter, signal, t
 from smid.models.hidden_states import first_instants, without_hidden_states
@@ -51,9 +51,10 @@ def with_free_coefficients(record: Record, bounds: Mapping[str, float]) -> tuple
     """
     if record.model.enclosed:
         return ()
-    few, many = (_without_driven(record, bounds, exactly=exactly) for exactly in (True, False))
-    known = len(record.model.parameters)
-    found = (_free(*one, bounds, known) for one in ((few, many) if few[1] != many[1] else (few,)))
+    many, known = list(driven_signals(record)), len(record.model.parameters)
+    few = [one for one in many if one.few]
+    choices = [few, many] if len(few) < len(many) else [many]
+    found = (_free(*_without_driven(record, bounds, some), bounds, known) for some in choices)
     return tuple(one for one in found if one is not None)
 
 
@@ -76,17 +77,19 @@ def _free(driven: Record, numbers: Mapping[str, str], bounds: Mapping[str, float
     return found if len(found.model.parameters) <= _MORE * (known + len(numbers)) else None
 
 
-def _without_driven(record: Record, bounds: Mapping[str, float], *, exactly: bool) -> tuple[Record, dict[str, str]]:
+def _without_driven(
+    record: Record, bounds: Mapping[str, float], signals: Sequence[Driven]
+) -> tuple[Record, dict[str, str]]:
     """Return the record with driven signals written as their numbers.
 
     With it the channels that tell which number each sample has, and the signal that each is of.
     """
     model, data, taken = record.model, record.data, {*record.model.names, *record.data.names}
     written, parameters, numbers = dict[str, sympy.Expr](), list[Parameter](), dict[str, str]()
-    for driven in driven_signals(record, exactly=exactly):
+    for driven in signals:
         names = [_new(f"{driven.signal}_at_{place}", taken) for place in range(len(driven.values))]
         for place, name in enumerate(names):
-            data = _with_channel(data, name, [own[:, place] for own in driven.samples])
+            data = with_channel(data, name, [own[:, place] for own in driven.samples])
         terms = (value * signal(name)[t] for value, name in zip(driven.values, names, strict=True))
         written[driven.signal] = sympy.Add(*terms)
         parameters += driven.parameters
@@ -94,7 +97,7 @@ def _without_driven(record: Record, bounds: Mapping[str, float], *, exactly: boo
     if not written:
         return record, {}
     lines = {line.signal: inlined(line.expression, written) for line in model.lines}
-    needed = _needed(lines, {m.signal for m in model.measurements})
+    needed = upstream(lines, {m.signal for m in model.measurements})
     model = replace(
         model,
         parameters=(*model.parameters, *parameters),
@@ -224,21 +227,3 @@ def _new(wanted: str, taken: set[str]) -> str:
 
 def _first(record: Record) -> dict[str, int]:
     return dict(zip(record.tape.signals, record.tape.first.tolist(), strict=True))
-
-
-def _needed(lines: Mapping[str, sympy.Expr], shown: set[str]) -> set[str]:
-    """Return the signals that measurements show, and all that these read."""
-    needed, waiting = set[str](), sorted(shown & set(lines))
-    while waiting:
-        name = waiting.pop()
-        if name not in needed:
-            needed.add(name)
-            waiting += [read for read, _ in references(lines[name]) if read in lines]
-    return needed
-
-
-def _with_channel(data: Dataset, name: str, samples: list[Array]) -> Dataset:
-    runs = tuple(
-        replace(run, values={**run.values, name: own}) for run, own in zip(data.experiments, samples, strict=True)
-    )
-    return replace(data, experiments=runs, channels=(*data.channels, Channel(name)), resampling=())

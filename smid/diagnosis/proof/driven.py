@@ -16,13 +16,13 @@ import numpy as np
 import sympy
 
 from relaxations.algebra.arrays import Array
-from smid.data import Channel
+from smid.diagnosis.proof.posed import with_channel
 from smid.identification.inversion.record import Record
 from smid.models import Line, Measurement, Model, Parameter, signal, t
 from smid.models.structure import exogenous
 from smid.models.symbols import inlined, number, plain_symbols, references, unused
 
-__all__ = ["Driven", "driven_signals"]
+__all__ = ["Driven", "driven_signals", "upstream"]
 
 MOST = 40
 """Numbers for a signal: with more of them little is left that a window could contradict."""
@@ -38,34 +38,36 @@ class Driven:
         The numbers; those of a hold are ``parameters``.
     samples
         Of each experiment which number each sample has, shape (n, values): one or zero.
+    own
+        How many parameters only this signal depends on.
     """
 
     signal: str
     values: tuple[sympy.Expr, ...]
     samples: tuple[Array, ...]
+    own: int
     parameters: tuple[Parameter, ...] = ()
 
+    @property
+    def few(self) -> bool:
+        """Whether the numbers hardly say less than the parameters do."""
+        return len(self.values) <= self.own + 1
 
-def driven_signals(record: Record, *, exactly: bool = False) -> Iterator[Driven]:
-    """Yield the signals that the inputs drive through parameters of their own, and that other lines read.
 
-    Parameters
-    ----------
-    exactly
-        Only those with at most one number more than parameters, which hardly says less than these do.
-    """
+def driven_signals(record: Record) -> Iterator[Driven]:
+    """Yield the signals that the inputs drive through parameters of their own, and that other lines read."""
     model = record.model
     lines = _driven(model)
     others = [line for line in model.lines if line.signal not in lines]
     read = {name for line in others for name, _ in line.reads}
     elsewhere = {name for line in others for name in plain_symbols(line.expression)}
     for name in lines:
-        needed = _needed(lines, name)
-        own = {p for line in needed.values() for p in plain_symbols(line)} - elsewhere
+        needed = {own: lines[own] for own in upstream(lines, {name})}
+        own = len({p for line in needed.values() for p in plain_symbols(line)} - elsewhere)
         if name in read and own:
             static = not any(lag for line in needed.values() for _, lag in references(line))
-            found = _by_level(record, name, needed, len(own) + 1) if static else _by_hold(record, name, needed)
-            if found is not None and not (exactly and len(found.values) > len(own) + 1):
+            found = (_by_level if static else _by_hold)(record, name, needed, own)
+            if found is not None:
                 yield found
 
 
@@ -82,18 +84,18 @@ def _driven(model: Model) -> dict[str, sympy.Expr]:
     return lines
 
 
-def _needed(lines: Mapping[str, sympy.Expr], name: str) -> dict[str, sympy.Expr]:
-    """Return the line of a signal, and all that it reads."""
-    found, waiting = dict[str, sympy.Expr](), [name]
+def upstream(lines: Mapping[str, sympy.Expr], names: set[str]) -> set[str]:
+    """Return some signals and all that they read, of those that lines define."""
+    found, waiting = set[str](), sorted(names & set(lines))
     while waiting:
         own = waiting.pop()
-        if own in lines and own not in found:
-            found[own] = lines[own]
-            waiting += [read for read, _ in references(lines[own])]
+        if own not in found:
+            found.add(own)
+            waiting += [read for read, _ in references(lines[own]) if read in lines]
     return found
 
 
-def _by_level(record: Record, name: str, needed: Mapping[str, sympy.Expr], few: int) -> Driven | None:
+def _by_level(record: Record, name: str, needed: Mapping[str, sympy.Expr], own: int) -> Driven | None:
     """Return a static signal by its values at the levels of its inputs; None where these are many.
 
     A polynomial has few coefficients, which is more than is known of as many levels.
@@ -103,33 +105,32 @@ def _by_level(record: Record, name: str, needed: Mapping[str, sympy.Expr], few: 
     channels = [str(atom.base.label) for atom in atoms]
     runs = [np.column_stack([run.values[channel] for channel in channels]) for run in record.data.experiments]
     levels = np.unique(np.concatenate(runs), axis=0)
-    if not np.isfinite(levels).all() or len(levels) > (few if expression.is_polynomial(*atoms) else MOST):
+    if not np.isfinite(levels).all() or len(levels) > (own + 1 if expression.is_polynomial(*atoms) else MOST):
         return None
     values = [expression.xreplace(dict(zip(atoms, map(number, level), strict=True))) for level in levels.tolist()]
     samples = tuple((run[:, None, :] == levels[None]).all(axis=2).astype(np.float64) for run in runs)
-    return Driven(name, tuple(values), samples)
+    return Driven(name, tuple(values), samples, own)
 
 
-def _by_hold(record: Record, name: str, needed: Mapping[str, sympy.Expr]) -> Driven | None:
+def _by_hold(record: Record, name: str, needed: Mapping[str, sympy.Expr], own: int) -> Driven | None:
     """Return a signal that moves with its inputs alone by its values on the holds; None where it moves otherwise."""
-    if not all(_stays(line, own) for own, line in needed.items()):
+    if not all(_stays(line, other) for other, line in needed.items()):
         return None
     channels = {read for line in needed.values() for read, _ in references(line) if read not in needed}
     first = int(record.tape.first[record.tape.signals.index(name)])
     numbers = [_holds([run.values[channel] for channel in sorted(channels)], first) for run in record.data.experiments]
-    counts = [int(own[-1]) + 1 for own in numbers]
+    counts = [int(of_run[-1]) + 1 for of_run in numbers]
     if not channels or sum(counts) > MOST:
         return None
     ends = _ends(record, name, needed)
     taken, values, samples = set(record.model.names), list[Parameter](), []
-    for e, (own, count) in enumerate(zip(numbers, counts, strict=True)):
+    for e, (of_run, count) in enumerate(zip(numbers, counts, strict=True)):
         place = len(values)
         for k in range(count):
-            low, high = (ends[e][own == k, side] for side in (0, 1))
+            low, high = (ends[e][of_run == k, side] for side in (0, 1))
             values.append(Parameter(unused(f"{name}_held_{place + k}", taken), float(low.min()), float(high.max())))
-        samples.append((place + own[:, None] == np.arange(sum(counts))).astype(np.float64))
-    symbols = tuple(p.symbol for p in values)
-    return Driven(name, symbols, tuple(samples), tuple(values))
+        samples.append((place + of_run[:, None] == np.arange(sum(counts))).astype(np.float64))
+    return Driven(name, tuple(p.symbol for p in values), tuple(samples), own, tuple(values))
 
 
 def _stays(expression: sympy.Expr, own: str) -> bool:
@@ -169,8 +170,5 @@ def _ends(record: Record, name: str, needed: Mapping[str, sympy.Expr]) -> list[A
         constraints=(),
         origins={},
     )
-    runs = tuple(
-        replace(run, values={**run.values, channel: np.zeros(run.n_samples)}) for run in record.data.experiments
-    )
-    data = replace(record.data, experiments=runs, channels=(*record.data.channels, Channel(channel)), resampling=())
+    data = with_channel(record.data, channel, [np.zeros(run.n_samples) for run in record.data.experiments])
     return Record(alone, data, {}, whole=True).output_ends(seen)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -84,10 +84,21 @@ def with_known_clocks(model: Model, data: Dataset) -> tuple[Model, Dataset]:
         step = line.expression - signal(line.signal)[t - 1]
         if line.rate or not step.is_number:
             continue
-        runs = tuple(
-            replace(run, values={**run.values, line.signal: float(step) * np.arange(run.n_samples, dtype=np.float64)})
-            for run in data.experiments
-        )
-        data = replace(data, experiments=runs, channels=(*data.channels, Channel(line.signal)), resampling=())
+        samples = [float(step) * np.arange(run.n_samples, dtype=np.float64) for run in data.experiments]
+        data = with_channel(data, line.signal, samples)
         model = replace(model, lines=tuple(other for other in model.lines if other is not line))
     return model, data
+
+
+def with_channel(data: Dataset, name: str, samples: Sequence[Array]) -> Dataset:
+    """Return a record with a further channel.
+
+    Parameters
+    ----------
+    samples
+        Shape (n,). Of each experiment.
+    """
+    runs = tuple(
+        replace(run, values={**run.values, name: own}) for run, own in zip(data.experiments, samples, strict=True)
+    )
+    return replace(data, experiments=runs, channels=(*data.channels, Channel(name)), resampling=())
