@@ -1,8 +1,9 @@
 """A model as inversion reads it: products of parameters are out of brackets, and what a sign multiplies is in one.
 
 The line ``x = J (c u - w v)`` of signals u and v is linear in the products ``J c`` and ``J w``, each of which is one
-number at all samples, however much J, c and w themselves are in doubt. So brackets are written out whose terms have
-factors of parameters alone; others stay, as what occurs once is enclosed best.
+number at all samples, however much J, c and w themselves are in doubt. So brackets of signals are written out whose
+terms have factors of parameters alone; others stay, as what occurs once is enclosed best. All that multiplies the same
+signals is one coefficient: what is unknown of x becomes less by ``(1 - a) x``, and more by ``x - a x``.
 
 A sign is put together for the same reason. The memory of a hysteresis is ``z = s + (z - s) exp(-r |d|)`` with
 s = sign(d), which is not known where d is small; but ``s (1 - exp(-r |d|))`` is small there.
@@ -47,13 +48,22 @@ def distributed(model: Model) -> Model:
     >>> from smid.models import OwnModel
     >>> model = OwnModel(["x[t] = x[t-1] + k*(u[t-1] - c*x[t-1])"], {"y": "x"}, ["u"], {k: (0, 1) for k in "kc"})
     >>> print(distributed(model).lines[0])
-    x[t] = -c*k*x[t - 1] + k*u[t - 1] + x[t - 1]
+    x[t] = k*u[t - 1] + (-c*k + 1)*x[t - 1]
     """
     lines = tuple(
-        replace(line, expression=_gathered(line.expression.replace(lambda node: node.is_Mul, _distributed)))
+        replace(line, expression=_gathered(_collected(line.expression.replace(lambda node: node.is_Mul, _distributed))))
         for line in model.lines
     )
     return replace(model, lines=lines)
+
+
+def _collected(expression: sympy.Expr) -> sympy.Expr:
+    """Return a sum of different signals or functions of them, each with one coefficient."""
+    coefficients = dict[sympy.Expr, sympy.Expr]()
+    for term in sympy.Add.make_args(expression):
+        own, rest = term.as_independent(sympy.Indexed, as_Add=False)
+        coefficients[rest] = coefficients.get(rest, sympy.S.Zero) + own
+    return sympy.Add(*(sympy.factor_terms(own) * rest for rest, own in coefficients.items()))
 
 
 def _gathered(expression: sympy.Expr) -> sympy.Expr:
@@ -77,7 +87,7 @@ def _gathered(expression: sympy.Expr) -> sympy.Expr:
 
 
 def _distributed(product: sympy.Mul) -> sympy.Expr:
-    sums = [own for own in product.args if own.is_Add and any(map(_scaled, own.args))]
+    sums = [own for own in product.args if own.is_Add and references(own) and any(map(_scaled, own.args))]
     if not (sums and _scaled(product)):
         return product
     others = sympy.Mul(*(own for own in product.args if own is not sums[0]))
