@@ -7,8 +7,12 @@ For rows ``|c + G e| <= r`` with e in [-1, 1] and any multipliers m,
 so any multipliers give a true bound, and those of the solved program give the best one. It is rounded outwards. Without
 ``s e_k`` a positive bound proves that no point of the box keeps all rows.
 
-Reference: Neumaier and Shcherbina, Safe bounds in linear and mixed-integer linear programming, Mathematical Programming
+References
+----------
+A. Neumaier and O. Shcherbina, "Safe bounds in linear and mixed-integer linear programming", Mathematical Programming
 99 (2004) 283-296.
+A. M. Gleixner, T. Berthold, B. Mueller and S. Weltge, "Three enhancements for optimization-based bound tightening",
+Journal of Global Optimization 67 (2017) 731-757.
 """
 
 from __future__ import annotations
@@ -32,6 +36,7 @@ from smid.identification.inversion.rows import Rows
 NOTHING = -1
 """In place of an unknown: the multipliers prove that the box is empty."""
 
+_AT_END = 1e-6  # of half a box: a point is at its end
 _SMALLEST = 1e-12  # multipliers below this share of the largest are left out
 
 
@@ -185,6 +190,9 @@ def contracted(rows: Rows, lower: Array, upper: Array, groups: Sequence[Group]) 
         program, points = Program(own), list[Array]()
         for k in group.unknowns:
             for sign in (1, -1):
+                # A point at the end that keeps the rows leaves it where it is (Gleixner et al.).
+                if any(sign * point[k] <= _AT_END - 1 for point in points):
+                    continue
                 found = program.end(k, sign)
                 if found is None:
                     empty = program.emptiness()

@@ -271,25 +271,26 @@ class Cover:
         return None if gain[side, place] > _GAIN * self.tolerance else self._own(middle + half * end[: len(middle)])
 
     def _best(self, lower: Array, upper: Array) -> int | None:
-        """Return the unknown whose halving makes the rows say most; None where all are too narrow to be halved."""
-        best, most = None, -np.inf
-        for k in self._free:
-            quarter = 0.25 * (upper[k] - lower[k])
-            if not (np.isfinite(quarter) and quarter > _NARROW * max(abs(lower[k]), abs(upper[k]))):
-                continue
-            low, high = lower.copy(), upper.copy()
+        """Return the unknown whose halving makes the rows say most; None where all are too narrow to be halved.
+
+        The deepest box first, it is one that the runs are no linear functions of, where there is one.
+        """
+        wide = [k for k in self._free if _can_be_halved(lower[k], upper[k])]
+        bent = [k for k in wide if k in self._bent] if self._deepest_first else []
+        said = dict[int, float]()
+        for k in bent or wide:
+            low, high, quarter = lower.copy(), upper.copy(), 0.25 * (upper[k] - lower[k])
             low[k], high[k] = lower[k] + quarter, upper[k] - quarter
-            said = self.record.knowledge(low, high)
-            if said > most:
-                best, most = k, said
+            said[k] = self.record.knowledge(low, high)
+        best = max(said, key=said.__getitem__, default=None)
         # The deepest box first, one unknown after another would be halved for ever where each tells a little more.
-        if best is None or not (self._deepest_first and self._bent):
+        if best is None or not bent:
             return best
 
         def share(k: int) -> float:
             return float((upper[k] - lower[k]) / (self.root.upper[k] - self.root.lower[k]))
 
-        behind = max(self._bent, key=share)
+        behind = max(bent, key=share)
         return behind if share(behind) > _ASPECT * share(best) else best
 
     @cached_property
@@ -305,6 +306,10 @@ class Cover:
             if self.record.knowledge(low, high) < exact - _LINEAR:
                 found.append(k)
         return found
+
+
+def _can_be_halved(low: float, high: float) -> bool:
+    return math.isfinite(high - low) and 0.25 * (high - low) > _NARROW * max(abs(low), abs(high))
 
 
 def _middle(low: float, high: float) -> float:
