@@ -70,9 +70,14 @@ def check_inversion(feasible: bool, seed: int, seconds: float) -> CaseResult:
 
 
 def is_emptied(case: Case, seconds: float) -> bool:
-    """Return whether the set is called empty with free coefficients."""
-    free = with_free_coefficients(Record(case.model, case.data, case.noise_bound), case.noise_bound)
-    return any(not _searched(one, seconds).boxes for one in free)
+    """Return whether the set is called empty with free coefficients, or with what these say of the parameters."""
+    record = Record(case.model, case.data, case.noise_bound)
+    for freed in with_free_coefficients(record, case.noise_bound):
+        cover = _searched(freed.record, seconds)
+        if not cover.boxes:
+            return True
+        record = freed.told(record, case.noise_bound, *cover.outer)
+    return not _searched(record, seconds).boxes
 
 
 def _covered(case: Case, seconds: float) -> Cover:

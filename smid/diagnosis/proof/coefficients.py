@@ -12,11 +12,12 @@ times what it is multiplied by is such a coefficient. So the parameters of these
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import sympy
 
+from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.diagnosis.proof.driven import Driven, driven_signals, upstream
 from smid.diagnosis.proof.posed import with_channel
@@ -24,7 +25,7 @@ from smid.identification.inversion.record import Record
 from smid.models import Line, Model, Parameter, signal, t
 from smid.models.hidden_states import first_instants, without_hidden_states
 from smid.models.structure import exogenous
-from smid.models.symbols import inlined, plain_symbols, references, unused
+from smid.models.symbols import inlined, number, plain_symbols, references, unused
 
 _Ends = tuple[float, float]
 
@@ -36,7 +37,47 @@ _LARGEST = 1000
 """Parts of a line: longer ones, which hold the same part again and again, take minutes to be written out."""
 
 
-def with_free_coefficients(record: Record, bounds: Mapping[str, float]) -> tuple[Record, ...]:
+@dataclass(frozen=True, eq=False)
+class Freed:
+    """A record of a model with free coefficients.
+
+    Parameters
+    ----------
+    meanings
+        What a free coefficient is of the parameters of the model, by its name. The value of a hold is nothing of them.
+    """
+
+    record: Record
+    meanings: Mapping[str, sympy.Expr]
+
+    def told(self, record: Record, bounds: Mapping[str, float], lower: Array, upper: Array) -> Record:
+        """Return the record of the model with what a box of the unknowns says of the parameters.
+
+        Parameters
+        ----------
+        record
+            Of the model itself.
+        bounds
+            Of each noisy channel, in its unit.
+        lower, upper
+            That hold all unknowns that fit, shape (unknowns,).
+        """
+        constraints, sizes = list[sympy.Expr](), dict[sympy.Basic, int]()
+        for k, parameter in enumerate(self.record.model.parameters):
+            meaning = self.meanings.get(parameter.name)
+            if meaning is None or _size(meaning, sizes) > _LARGEST:
+                continue
+            if lower[k] > self.record.lower[k]:
+                constraints.append(meaning - number(lower[k]))
+            if upper[k] < self.record.upper[k]:
+                constraints.append(number(upper[k]) - meaning)
+        model = replace(record.model, constraints=(*record.model.constraints, *constraints))
+        found = Record(model, record.data, bounds, whole=record.whole)
+        found.frame = record.frame
+        return found
+
+
+def with_free_coefficients(record: Record, bounds: Mapping[str, float]) -> tuple[Freed, ...]:
     """Return records of the model with free coefficients: with few numbers of what inputs drive, and with many.
 
     Hidden states that enter linearly are eliminated: what is left is linear in coefficients again. None is returned
@@ -51,30 +92,34 @@ def with_free_coefficients(record: Record, bounds: Mapping[str, float]) -> tuple
     """
     if record.model.enclosed:
         return ()
-    many, known = list(driven_signals(record)), len(record.model.parameters)
+    many, known = list(driven_signals(record)), {p.name: p.symbol for p in record.model.parameters}
     few = [one for one in many if one.few]
     choices = [few, many] if len(few) < len(many) else [many]
     found = (_free(*_without_driven(record, bounds, some), bounds, known) for some in choices)
     return tuple(one for one in found if one is not None)
 
 
-def _free(driven: Record, numbers: Mapping[str, str], bounds: Mapping[str, float], known: int) -> Record | None:
+def _free(
+    driven: Record, numbers: Mapping[str, str], bounds: Mapping[str, float], known: Mapping[str, sympy.Expr]
+) -> Freed | None:
     """Return the record with free coefficients of one whose driven signals are numbers."""
     sizes = dict[sympy.Basic, int]()
     if any(_size(line.expression, sizes) > _LARGEST for line in driven.model.lines):
         return None
-    found = _freed(driven, bounds, numbers)
-    if found is None or _first(found).items() - _first(driven).items():
+    found = _freed(Freed(driven, known), bounds, numbers)
+    if found is None or _first(found.record).items() - _first(driven).items():
         return None  # what cancels must not move the sample from which a line holds
-    if found.hidden:
-        model = replace(found.model, bounds={})
+    is_new = any(p.name not in known for p in found.record.model.parameters)
+    if found.record.hidden:
+        model = replace(found.record.model, bounds={})
         plain = without_hidden_states(model)
         if set(plain.states) <= {m.signal for m in plain.measurements}:
-            shorter = _freed(Record(plain, found.data, bounds, whole=found.whole), bounds, numbers)
-            since = first_instants(model)
-            if shorter is not None and all(first >= since.get(name, 0) for name, first in _first(shorter).items()):
-                found = shorter
-    return found if len(found.model.parameters) <= _MORE * (known + len(numbers)) else None
+            shorter = Record(plain, driven.data, bounds, whole=driven.whole)
+            again, since = _freed(Freed(shorter, found.meanings), bounds, numbers), first_instants(model)
+            if again is not None and all(n >= since.get(name, 0) for name, n in _first(again.record).items()):
+                found, is_new = again, True
+    most = _MORE * (len(known) + len(numbers))
+    return found if is_new and len(found.record.model.parameters) <= most else None
 
 
 def _without_driven(
@@ -109,14 +154,12 @@ def _without_driven(
     return Record(model, data, bounds, whole=record.whole), numbers
 
 
-def _freed(record: Record, bounds: Mapping[str, float], numbers: Mapping[str, str]) -> Record | None:
-    """Return the record with a free coefficient for each bent one; None where there are none, or one has no ends."""
-    model = _multiplied_out(record.model)
+def _freed(found: Freed, bounds: Mapping[str, float], numbers: Mapping[str, str]) -> Freed | None:
+    """Return the record with a free coefficient for each bent one; None where one has no ends."""
+    record, model = found.record, _multiplied_out(found.record.model)
     coefficients = _Coefficients(set(model.names))
     lines = tuple(Line(signal(e.signal)[t], coefficients.free(e.expression)) for e in model.lines)
     values = tuple(coefficients.symbols)
-    if not values:
-        return None
     ends = Record(replace(model, constraints=values), record.data, bounds).constraint_ends()
     boxes = {p.symbol: (p.lower, p.upper) for p in model.parameters}
     boxes |= dict(zip(coefficients.symbols.values(), map(tuple, ends.tolist()), strict=True))
@@ -126,20 +169,37 @@ def _freed(record: Record, bounds: Mapping[str, float], numbers: Mapping[str, st
     if not all(np.isfinite([p.lower, p.upper]).all() for p in parameters):
         return None
     freed = replace(model, parameters=parameters, lines=lines, constraints=(), values={})
-    return Record(freed, record.data, bounds, whole=record.whole)
+    known = {p.symbol: found.meanings[p.name] for p in model.parameters if p.name in found.meanings}
+    meanings = dict(found.meanings) | {
+        str(symbol): value.xreplace(known)
+        for value, symbol in coefficients.symbols.items()
+        if value.free_symbols <= known.keys()
+    }
+    return Freed(Record(freed, record.data, bounds, whole=record.whole), meanings)
 
 
 def _multiplied_out(model: Model) -> Model:
-    """Return the model with static polynomials of the inputs multiplied out, in the lines that read them."""
+    """Return the model with what has no memory in the place where it is read linearly.
+
+    So are polynomials of the inputs, written out, wherever they are read.
+    """
     shown, static = {m.signal for m in model.measurements}, dict[str, sympy.Expr]()
-    known = set(exogenous(model.lines)) - shown
-    for line in model.lines:
-        expression = inlined(line.expression, static)
-        is_static = line.signal not in shown and all(name in known for name, _ in references(expression))
-        if is_static and expression.is_polynomial(*expression.atoms(sympy.Indexed)):
-            static[line.signal] = sympy.expand(expression)
+    known, lines = set(exogenous(model.lines)) - shown, {line.signal: line.expression for line in model.lines}
+    for name in [own for own in lines if own not in shown and own not in model.bounds]:
+        expression = inlined(lines[name], static)
+        reads = references(expression)
+        if all(own in known for own, _ in reads) and expression.is_polynomial(*expression.atoms(sympy.Indexed)):
+            static[name] = sympy.expand(expression)
+        elif not any(lag for _, lag in reads) and all(_is_linear(own, name) for own in lines.values()):
+            static[name] = expression
     others = (line for line in model.lines if line.signal not in static)
     return replace(model, lines=tuple(replace(own, expression=inlined(own.expression, static)) for own in others))
+
+
+def _is_linear(expression: sympy.Expr, name: str) -> bool:
+    atoms = [signal(name)[t - lag] for own, lag in sorted(references(expression)) if own == name]
+    slopes = [expression.diff(atom) for atom in atoms if expression.is_polynomial(*atoms)]
+    return len(slopes) == len(atoms) and not any(slope.has(*atoms) for slope in slopes)
 
 
 def _within(box: _Ends, reach: float) -> _Ends:
@@ -173,19 +233,30 @@ def _told(
                 own.append(factor)
                 read_from.add((numbers[name], lag))
             else:
-                size = abs(float(factor)) if factor.is_number else max(map(abs, boxes.get(factor, (np.inf,))))
-                rest += size * (1.0 if read == 1 else largest.get(name, np.inf))
+                rest += _largest(factor, boxes) * (1.0 if read == 1 else largest.get(name, np.inf))
         if len(read_from) == 1 and np.isfinite(rest):
             found |= {one: _within(boxes[one], rest * _ROUNDED) for one in own if one in boxes}
     return found
 
 
+def _largest(coefficient: sympy.Expr, boxes: Mapping[sympy.Symbol, _Ends]) -> float:
+    """Return a bound of the magnitude of a sum of numbers times parameters."""
+    terms = coefficient.as_coefficients_dict().items()
+    return sum(
+        abs(float(count)) * (1.0 if own == 1 else max(map(abs, boxes.get(own, (np.inf,))))) for own, count in terms
+    )
+
+
 class _Coefficients:
-    """Symbols in place of coefficients in which parameters occur, each coefficient once."""
+    """Symbols in place of coefficients in which parameters occur.
+
+    A coefficient that is a sum of numbers times others is written as that. So poles at one stay there.
+    """
 
     def __init__(self, taken: set[str]) -> None:
         self._taken = taken
         self.symbols: dict[sympy.Expr, sympy.Symbol] = {}
+        self._independent: list[_Independent] = []
 
     def free(self, expression: sympy.Expr) -> sympy.Expr:
         """Return an expression with free coefficients, also within functions of signals."""
@@ -194,7 +265,10 @@ class _Coefficients:
             own, rest = term.as_independent(sympy.Indexed, as_Add=False)
             rest = sympy.Mul(*map(self._within, sympy.Mul.make_args(rest)))
             found[rest] = found.get(rest, sympy.Integer(0)) + own
-        return sympy.Add(*(self._symbol(own) * rest for rest, own in found.items()))
+        # Parameters before sums of them.
+        return sympy.Add(
+            *(self._written(own) * rest for rest, own in sorted(found.items(), key=lambda one: one[1].is_Add))
+        )
 
     def _within(self, factor: sympy.Expr) -> sympy.Expr:
         # The sides of a condition stay as they are.
@@ -203,13 +277,36 @@ class _Coefficients:
         inner = [self.free(own) if own.is_Add or own.is_Mul else self._within(own) for own in factor.args]
         return factor.func(*inner)
 
-    def _symbol(self, coefficient: sympy.Expr) -> sympy.Expr:
-        coefficient = sympy.factor_terms(coefficient)
-        if coefficient.is_number or coefficient.is_Symbol:
-            return coefficient
-        if coefficient not in self.symbols:
-            self.symbols[coefficient] = sympy.Symbol(_new("coefficient", self._taken), real=True)
-        return self.symbols[coefficient]
+    def _written(self, coefficient: sympy.Expr) -> sympy.Expr:
+        left = {own: factor for own, factor in sympy.expand(coefficient).as_coefficients_dict().items() if factor}
+        known = sympy.Integer(0)
+        for other in self._independent:
+            if factor := left.get(other.term):
+                known += factor * other.written
+                for own, count in other.terms.items():
+                    left[own] = left.get(own, sympy.Integer(0)) - factor * count
+        left = {own: factor for own, factor in left.items() if factor}
+        known += left.pop(sympy.S.One, sympy.Integer(0))
+        if not left:
+            return known
+        term, factor = next(iter(left.items()))
+        if len(left) == 1 and term.is_Symbol and not known:
+            self._independent.append(_Independent(term, {term: sympy.Integer(1)}, term))
+            return factor * term
+        symbol = sympy.Symbol(_new("coefficient", self._taken), real=True)
+        self.symbols[sympy.factor_terms(coefficient)] = symbol
+        terms = {own: count / factor for own, count in left.items()}
+        self._independent.append(_Independent(term, terms, (symbol - known) / factor))
+        return symbol
+
+
+@dataclass(frozen=True, eq=False)
+class _Independent:
+    """What the next coefficient adds to those before: the first of its terms, all, and how it is written."""
+
+    term: sympy.Expr
+    terms: Mapping[sympy.Expr, sympy.Expr]
+    written: sympy.Expr
 
 
 def _size(expression: sympy.Basic, known: dict[sympy.Basic, int]) -> int:

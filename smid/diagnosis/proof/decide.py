@@ -40,6 +40,7 @@ from smid.data import DataError, Dataset
 from smid.data.window import Window
 from smid.diagnosis.proof.coefficients import with_free_coefficients
 from smid.diagnosis.proof.posed import Posed, posed, with_known_clocks
+from smid.diagnosis.proof.reached import spans
 from smid.diagnosis.proof.window import windows
 from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.template import is_polynomial
@@ -130,7 +131,7 @@ def fitted(model: Model, data: Dataset, window: Window, bounds: Mapping[str, flo
     try:
         model, data = with_known_clocks(model, data)
         with time_limit(max(seconds, 1e-3)):
-            found = posed(model, window.cut(data), bounds)
+            found = posed(model, window.cut(data), bounds, spans(data))
             if not found.fits:
                 return None
     except Exception:  # nothing is decided, and what follows says why
@@ -273,7 +274,8 @@ def _deciding(
 
     try:
         model, data = with_known_clocks(model, data)
-        whole = posed(model, window.cut(data), bounds)
+        inputs = spans(data)
+        whole = posed(model, window.cut(data), bounds, inputs)
         if whole.fits:
             yield decision(Status.FEASIBLE)
             return
@@ -281,17 +283,25 @@ def _deciding(
         parts = {window: whole}
         chains = [_parts(window, whole.error), [part for part in also if len(part) <= _SIZES[-1]]]
         for part in [chain[-1] for chain in chains if chain]:
-            parts[part] = parts.get(part) or posed(model, part.cut(data), bounds)
+            parts[part] = parts.get(part) or posed(model, part.cut(data), bounds, inputs)
             yield part if part in also and parts[part].fits else 0.0
         chain = max(filter(None, chains), key=lambda chain: parts[chain[-1]].least)
         for part in chain[:-1]:
-            parts[part] = posed(model, part.cut(data), bounds)
+            parts[part] = posed(model, part.cut(data), bounds, inputs)
             yield 0.0
         trials = list[_Trial]()
         for part in _hopeful({part: parts[part] for part in chain}):
             own = parts[part].record
-            records = [(own.with_products(), False), *((one, True) for one in with_free_coefficients(own, bounds))]
-            trials += [_Trial(part, Cover(record, 0.0, deepest_first=True), freed) for record, freed in records]
+            for freed in with_free_coefficients(own, bounds):
+                trial = _Trial(part, Cover(freed.record, 0.0, deepest_first=True), freed=True)
+                trial.step()
+                if not trial.cover.boxes:
+                    yield decision(Status.EXCLUDED, part=part, samples=trial.carrying)
+                    return
+                trials += [] if trial.cover.done else [trial]
+                own = freed.told(own, bounds, *trial.cover.outer)
+                yield 0.0
+            trials.append(_Trial(part, Cover(own.with_products(), 0.0, deepest_first=True), freed=False))
             yield 0.0
         relaxed, left = not (_measures_all_states(model) and is_polynomial(model)), ""
         turns = cycle((*[attrgetter("left")] * _NEAREST, attrgetter("seconds")))

@@ -17,9 +17,9 @@ import sympy
 
 from relaxations.algebra.arrays import Array
 from smid.diagnosis.proof.posed import with_channel
+from smid.diagnosis.proof.reached import driven_lines
 from smid.identification.inversion.record import Record
-from smid.models import Line, Measurement, Model, Parameter, signal, t
-from smid.models.structure import exogenous
+from smid.models import Line, Measurement, Parameter, signal, t
 from smid.models.symbols import inlined, number, plain_symbols, references, unused
 
 __all__ = ["Driven", "driven_signals", "upstream"]
@@ -57,7 +57,7 @@ class Driven:
 def driven_signals(record: Record) -> Iterator[Driven]:
     """Yield the signals that the inputs drive through parameters of their own, and that other lines read."""
     model = record.model
-    lines = _driven(model)
+    lines = driven_lines(model)
     others = [line for line in model.lines if line.signal not in lines]
     read = {name for line in others for name, _ in line.reads}
     elsewhere = {name for line in others for name in plain_symbols(line.expression)}
@@ -69,19 +69,6 @@ def driven_signals(record: Record) -> Iterator[Driven]:
             found = (_by_level if static else _by_hold)(record, name, needed, own)
             if found is not None:
                 yield found
-
-
-def _driven(model: Model) -> dict[str, sympy.Expr]:
-    """Return the lines that read inputs and one another alone."""
-    shown = {m.signal for m in model.measurements}
-    known = set(exogenous(model.lines)) - shown
-    lines = {line.signal: line.expression for line in model.lines if line.signal not in shown and not line.rate}
-    while foreign := [
-        own for own, line in lines.items() if {name for name, _ in references(line)} - known - set(lines)
-    ]:
-        for own in foreign:
-            del lines[own]
-    return lines
 
 
 def upstream(lines: Mapping[str, sympy.Expr], names: set[str]) -> set[str]:

@@ -17,6 +17,7 @@ from smid.data import Dataset
 from smid.data.window import Window, cut_all
 from smid.diagnosis.diagnosis import Diagnosis
 from smid.diagnosis.proof.posed import posed
+from smid.diagnosis.proof.reached import spans
 from smid.feasible.feasible_set import check_noise_bound
 from smid.identification.certificates import write_certificates
 from smid.identification.choice import encloser_for
@@ -110,7 +111,7 @@ def write_exclusion(
     part = cut_all(data, [window])
     try:
         with time_limit(max(seconds, 1e-3)):
-            model = posed(model, part, bounds).record.model
+            model = posed(model, part, bounds, spans(data)).record.model
             encloser = encloser_for(model, part, bounds, Settings(tolerance=1.0, witnesses=False), True, windows=False)
             found = encloser.enclose()
             contents = encloser.certified(found).certificates if found.reason is Reason.EMPTY else ()

@@ -9,6 +9,7 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array
 from smid.data import Channel, Dataset
+from smid.diagnosis.proof.reached import reached
 from smid.fitting.fit import Fitting
 from smid.fitting.minimax import minimax
 from smid.identification.inversion.outermost import unknowns_of
@@ -46,10 +47,18 @@ class Posed:
         return any(map(self.record.fits, self.points))
 
 
-def posed(model: Model, part: Dataset, bounds: Mapping[str, float]) -> Posed:
+def posed(model: Model, part: Dataset, bounds: Mapping[str, float], inputs: Mapping[str, tuple[float, float]]) -> Posed:
     """Pose a model on a window.
 
-    A parameter or a hidden state without a box is bounded by `REACH` times its magnitude in a fit.
+    A parameter or a hidden state without a box is bounded by `REACH` times its magnitude in a fit. What inputs alone
+    drive is where they can drive it.
+
+    Parameters
+    ----------
+    part
+        The window.
+    inputs
+        The range of each channel in the whole record.
     """
     problem = Fitting(model, part, [np.ones(run.n_samples, bool) for run in part.experiments], scale=bounds)
     with np.errstate(all="ignore"):
@@ -64,6 +73,7 @@ def posed(model: Model, part: Dataset, bounds: Mapping[str, float]) -> Posed:
     if record.loose:
         sizes = {name: float(np.nanmax(np.abs(samples))) for name, samples in signals.items()} | dict(fit.model.values)
         boxes = {name: (-_reach(sizes[name]), _reach(sizes[name])) for name in record.loose}
+        boxes |= {name: ends for name, ends in reached(record.model, inputs, signals).items() if name in boxes}
         record = Record(model.bound(**boxes), part, bounds, whole=True)
     record = record.turned(signals)
     return Posed(

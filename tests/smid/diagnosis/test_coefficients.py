@@ -45,7 +45,7 @@ def record(model: Model, truth: dict[str, float], error: float = 0.0, levels: in
 
 def freed(found: Record) -> Record:
     """Return the record with the most numbers."""
-    return with_free_coefficients(found, BOUND)[-1]
+    return with_free_coefficients(found, BOUND)[-1].record
 
 
 def searched(found: Record) -> Cover:
@@ -104,6 +104,47 @@ def test_the_numbers_of_a_signal_are_told_from_its_channels_whatever_these_are_c
     y = simulate(model, inputs, {"gap": 0.4, "b": 2.0, "p": 0.8, "c": 90.0}, {"v": [0.2], "w": [0.2]})["y"]
     data = Dataset.from_arrays(input=inputs, output={"y": y}, sampling_time=1.0)
     assert searched(freed(Record(model, data, BOUND))).boxes
+
+
+def test_a_pole_at_one_stays_there() -> None:
+    """The angle behind a lag of an unknown pole and gain: two coefficients of the angle, which add up to one."""
+    model = OwnModel(
+        ["v[t] = p*v[t-1] + b*u[t-1]", "w[t] = w[t-1] + v[t-1]"], {"y": "w"}, ["u"], {"p": (0, 0.95), "b": (-5, 5)}
+    ).bound(v=(-20, 20))
+    truth = {"p": 0.8, "b": 0.3}
+    found = freed(record(model, truth))
+    assert not found.hidden
+    assert len(found.tape.parameters) == 2
+    assert searched(found).boxes
+    assert not searched(freed(record(model, truth, error=0.5))).boxes
+
+
+def test_what_coefficients_say_of_parameters_is_true_and_saves_boxes() -> None:
+    """Free, the powers of the input hide that one bias is behind them all: a bias of the output is excluded by that."""
+    model = OwnModel(
+        ["v[t] = u[t] + e", "x[t] = a*v[t]**3 + b*v[t]**2", "w[t] = p*w[t-1] + x[t-1]"],
+        {"y": "w"},
+        ["u"],
+        {"a": (-5, 5), "b": (-5, 5), "e": (-3, 3), "p": (-1, 1)},
+    )
+    truth = {"a": 0.4, "b": -0.3, "e": 0.5, "p": 0.7}
+
+    def told(found: Record) -> Record:
+        (free,) = with_free_coefficients(found, BOUND)
+        cover = Cover(free.record, 0.0, deepest_first=True)
+        cover.step()
+        return free.told(found, BOUND, *cover.outer)
+
+    own = record(model, truth, levels=9)
+    begin = own.data.experiments[0].values["y"][:1]
+    assert any(told(own).fits(np.array([*truth.values(), w])) for w in begin + np.linspace(-0.05, 0.05, 101))
+    run = own.data.experiments[0].values
+    data = Dataset.from_arrays(input={"u": run["u"]}, output={"y": run["y"] + 0.5}, sampling_time=1.0)
+    biased = Record(model, data, BOUND)
+    without, withal = searched(biased), searched(told(biased))
+    assert withal.done
+    assert not withal.boxes
+    assert withal.contracted < 0.5 * without.contracted
 
 
 def test_lines_that_hold_the_same_part_again_and_again_stay() -> None:
