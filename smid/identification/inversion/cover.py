@@ -39,6 +39,7 @@ _WIDE = 0.25  # a hidden state is shaved above this share of what is known of it
 _SLICES = 8
 _GAIN = 0.5  # an end that smaller boxes would move by less, as a share of the tolerance, is sharp
 _ASPECT = 64.0  # no unknown that bends the runs is wider than another one, as a share of the first box, by more
+_CLEARLY = 1.5  # times as much has to be said for an unknown to be halved that the runs are linear in
 _LINEAR = 0.1  # of what is known at a point: less is lost where an unknown is linear
 _NARROW = 1e-13  # an unknown is not halved below this share of its size
 
@@ -271,22 +272,20 @@ class Cover:
         return None if gain[side, place] > _GAIN * self.tolerance else self._own(middle + half * end[: len(middle)])
 
     def _best(self, lower: Array, upper: Array) -> int | None:
-        """Return the unknown whose halving makes the rows say most; None where all are too narrow to be halved.
-
-        The deepest box first, it is one that the runs are no linear functions of, where there is one.
-        """
-        wide = [k for k in self._free if _can_be_halved(lower[k], upper[k])]
-        bent = [k for k in wide if k in self._bent] if self._deepest_first else []
-        said = dict[int, float]()
-        for k in bent or wide:
+        """Return the unknown whose halving makes the rows say most; None where all are too narrow to be halved."""
+        wide, said = [k for k in self._free if _can_be_halved(lower[k], upper[k])], dict[int, float]()
+        for k in wide:
             low, high, quarter = lower.copy(), upper.copy(), 0.25 * (upper[k] - lower[k])
             low[k], high[k] = lower[k] + quarter, upper[k] - quarter
             said[k] = self.record.knowledge(low, high)
-        best = max(said, key=said.__getitem__, default=None)
-        # The deepest box first, one unknown after another would be halved for ever where each tells a little more.
-        if best is None or not bent:
-            return best
+        bent = [k for k in wide if k in self._bent] if self._deepest_first else []
+        if not bent:
+            return max(said, key=said.__getitem__, default=None)
+        # What the runs are linear in, the programs bound without cuts, once the others are known.
+        now = self.record.knowledge(lower, upper)
+        best = max(wide, key=lambda k: (said[k] - now) / (1.0 if k in bent else _CLEARLY))
 
+        # The deepest box first, one unknown after another would be halved for ever where each tells a little more.
         def share(k: int) -> float:
             return float((upper[k] - lower[k]) / (self.root.upper[k] - self.root.lower[k]))
 
