@@ -36,6 +36,7 @@ from smid.identification.inversion.rows import Rows
 NOTHING = -1
 """In place of an unknown: the multipliers prove that the box is empty."""
 
+_ITERATIONS = 10  # of the simplex method, for each row and column: it may cycle, where coefficients are of all sizes
 _AT_END = 1e-6  # of half a box: a point is at its end
 _SMALLEST = 1e-12  # multipliers below this share of the largest are left out
 
@@ -100,7 +101,7 @@ class Program:
     @cached_property
     def _program(self) -> highspy.Highs:
         count = self._slopes.shape[1]
-        return prepared(np.zeros(count), self._slopes, self._ends, (-np.ones(count), np.ones(count)))
+        return _limited(prepared(np.zeros(count), self._slopes, self._ends, (-np.ones(count), np.ones(count))))
 
     def end(self, k: int, sign: int) -> tuple[float, Multipliers, Array] | None:
         """Return a proven lower bound of ``sign e_k``, its proof, and the point where the program ends.
@@ -130,7 +131,7 @@ class Program:
         free = np.full(count, highspy.kHighsInf)
         box = np.append(-np.ones(unknowns), 0.0), np.append(np.ones(unknowns), highspy.kHighsInf)
         cost = np.append(np.zeros(unknowns), 1.0)
-        program = prepared(cost, slopes, (np.append(low, -free), np.append(free, high)), box)
+        program = _limited(prepared(cost, slopes, (np.append(low, -free), np.append(free, high)), box))
         program.run()
         dual = np.array(program.getSolution().row_dual)
         if not len(dual):
@@ -147,6 +148,12 @@ class Program:
         bound, size = _bound(used, m, rows.centre, rows.radius, *self._entries, left)
         rounding = (2 * len(m) + len(left) + 16) * EPSILON * (1 + size)
         return float(bound - np.abs(left).sum() - rounding), Multipliers(k, sign, rows.sources[used], m)
+
+
+def _limited(program: highspy.Highs) -> highspy.Highs:
+    """Return a program that ends without a solution after many iterations."""
+    program.setOptionValue("simplex_iteration_limit", _ITERATIONS * (program.getNumRow() + program.getNumCol()))
+    return program
 
 
 @compiled
