@@ -5,6 +5,7 @@ import pytest
 from scipy import sparse
 from scipy.optimize import linprog
 
+from smid.identification.inversion import contraction
 from smid.identification.inversion.contraction import NOTHING, Program, contracted
 from smid.identification.inversion.record import Group
 from smid.identification.inversion.rows import Rows
@@ -90,3 +91,12 @@ def test_a_program_that_the_solver_refuses_proves_nothing() -> None:
     program = Program(Rows(np.array([1e20, 0.0]), np.ones(2), slopes, np.zeros((2, 4), np.int64), -1))
     assert program.end(0, 1) is None
     assert program.emptiness() is None
+
+
+def test_a_program_that_does_not_end_proves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The simplex method may cycle for ever: it is stopped after many iterations."""
+    monkeypatch.setattr(contraction, "_ITERATIONS", 0)
+    rows = random_rows(np.random.default_rng(4), 15, 3, around=np.array([0.5, -0.5, 0.0]))
+    found = contracted(rows, -np.ones(3), np.ones(3), ALL)
+    assert not found.empty
+    assert found.lower.tolist() == [-1.0] * 3
