@@ -59,11 +59,24 @@ def distributed(model: Model) -> Model:
 
 def _collected(expression: sympy.Expr) -> sympy.Expr:
     """Return a sum of different signals or functions of them, each with one coefficient."""
-    coefficients = dict[sympy.Expr, sympy.Expr]()
+    return sympy.Add(*(sympy.factor_terms(own) * rest for rest, own in coefficients(expression).items()))
+
+
+def coefficients(expression: sympy.Expr) -> dict[sympy.Expr, sympy.Expr]:
+    """Return what parameters and numbers multiply, signals or functions of them, each with its coefficient.
+
+    Examples
+    --------
+    >>> from smid.models import signal, t
+    >>> a, x = sympy.Symbol("a"), signal("x")
+    >>> coefficients(x[t] - a * x[t] + a)
+    {1: a, x[t]: 1 - a}
+    """
+    found = dict[sympy.Expr, sympy.Expr]()
     for term in sympy.Add.make_args(expression):
         own, rest = term.as_independent(sympy.Indexed, as_Add=False)
-        coefficients[rest] = coefficients.get(rest, sympy.S.Zero) + own
-    return sympy.Add(*(sympy.factor_terms(own) * rest for rest, own in coefficients.items()))
+        found[rest] = found.get(rest, sympy.S.Zero) + own
+    return found
 
 
 def _gathered(expression: sympy.Expr) -> sympy.Expr:

@@ -23,6 +23,7 @@ from smid.diagnosis.proof.driven import Driven, driven_signals, upstream
 from smid.diagnosis.proof.posed import with_channel
 from smid.identification.inversion.record import Record
 from smid.models import Line, Model, Parameter, signal, t
+from smid.models.distribute import coefficients
 from smid.models.hidden_states import first_instants, without_hidden_states
 from smid.models.structure import exogenous
 from smid.models.symbols import inlined, number, plain_symbols, references, unused
@@ -157,12 +158,12 @@ def _without_driven(
 def _freed(found: Freed, bounds: Mapping[str, float], numbers: Mapping[str, str]) -> Freed | None:
     """Return the record with a free coefficient for each bent one; None where one has no ends."""
     record, model = found.record, _multiplied_out(found.record.model)
-    coefficients = _Coefficients(set(model.names))
-    lines = tuple(Line(signal(e.signal)[t], coefficients.free(e.expression)) for e in model.lines)
-    values = tuple(coefficients.symbols)
+    free = _Coefficients(set(model.names))
+    lines = tuple(Line(signal(e.signal)[t], free.free(e.expression)) for e in model.lines)
+    values = tuple(free.symbols)
     ends = Record(replace(model, constraints=values), record.data, bounds).constraint_ends()
     boxes = {p.symbol: (p.lower, p.upper) for p in model.parameters}
-    boxes |= dict(zip(coefficients.symbols.values(), map(tuple, ends.tolist()), strict=True))
+    boxes |= dict(zip(free.symbols.values(), map(tuple, ends.tolist()), strict=True))
     boxes |= _told(model, lines, record.data, bounds, boxes, numbers)
     occurring = {name for line in lines for name in plain_symbols(line.expression)}
     parameters = tuple(Parameter(str(own), *box) for own, box in boxes.items() if str(own) in occurring)
@@ -172,7 +173,7 @@ def _freed(found: Freed, bounds: Mapping[str, float], numbers: Mapping[str, str]
     known = {p.symbol: found.meanings[p.name] for p in model.parameters if p.name in found.meanings}
     meanings = dict(found.meanings) | {
         str(symbol): value.xreplace(known)
-        for value, symbol in coefficients.symbols.items()
+        for value, symbol in free.symbols.items()
         if value.free_symbols <= known.keys()
     }
     return Freed(Record(freed, record.data, bounds, whole=record.whole), meanings)
@@ -260,15 +261,10 @@ class _Coefficients:
 
     def free(self, expression: sympy.Expr) -> sympy.Expr:
         """Return an expression with free coefficients, also within functions of signals."""
-        found: dict[sympy.Expr, sympy.Expr] = {}
-        for term in sympy.Add.make_args(sympy.expand_mul(expression)):
-            own, rest = term.as_independent(sympy.Indexed, as_Add=False)
-            rest = sympy.Mul(*map(self._within, sympy.Mul.make_args(rest)))
-            found[rest] = found.get(rest, sympy.Integer(0)) + own
+        found = coefficients(sympy.expand_mul(expression)).items()
         # Parameters before sums of them.
-        return sympy.Add(
-            *(self._written(own) * rest for rest, own in sorted(found.items(), key=lambda one: one[1].is_Add))
-        )
+        terms = [(self._written(own), rest) for rest, own in sorted(found, key=lambda one: one[1].is_Add)]
+        return sympy.Add(*(own * sympy.Mul(*map(self._within, sympy.Mul.make_args(rest))) for own, rest in terms))
 
     def _within(self, factor: sympy.Expr) -> sympy.Expr:
         # The sides of a condition stay as they are.
