@@ -75,12 +75,24 @@ def copy(target: Array, to: int, forms: Array, a: int) -> None:
 
 
 @compiled
+def size_of_slopes(forms: Array, a: int) -> float:
+    """Return the sum of the magnitudes of the slopes, four sums at once: a processor need not wait for each in turn."""
+    one, other, third, fourth, width = 0.0, 0.0, 0.0, 0.0, forms.shape[1]
+    last = width - (width - SLOPES) % 4
+    for k in range(SLOPES, last, 4):
+        one += abs(forms[a, k])
+        other += abs(forms[a, k + 1])
+        third += abs(forms[a, k + 2])
+        fourth += abs(forms[a, k + 3])
+    for k in range(last, width):
+        one += abs(forms[a, k])
+    return float((one + other) + (third + fourth))
+
+
+@compiled
 def spread(forms: Array, a: int) -> float:
     """Return an upper bound of the distance from the centre."""
-    total = 0.0
-    for k in range(SLOPES, forms.shape[1]):
-        total += abs(forms[a, k])
-    return float((total + forms[a, RADIUS]) * (1.0 + forms.shape[1] * EPSILON))
+    return float((size_of_slopes(forms, a) + forms[a, RADIUS]) * (1.0 + forms.shape[1] * EPSILON))
 
 
 @compiled
@@ -107,10 +119,9 @@ def linear(forms: Array, to: int, a: int, factor: float, constant: float, error:
     """Write ``factor a + constant``, within an error; the ends follow from the result alone."""
     low = min(factor * forms[a, LOW], factor * forms[a, HIGH])
     high = max(factor * forms[a, LOW], factor * forms[a, HIGH])
-    size = abs(factor * forms[a, CENTRE]) + abs(constant)
     for k in range(SLOPES, forms.shape[1]):
         forms[to, k] = factor * forms[a, k]
-        size += abs(forms[to, k])
+    size = abs(factor * forms[a, CENTRE]) + abs(constant) + size_of_slopes(forms, to)
     forms[to, CENTRE] = factor * forms[a, CENTRE] + constant
     if constant == 0.0 and error == 0.0 and abs(factor) == 1.0:  # nothing is rounded: x - x stays zero
         forms[to, RADIUS], forms[to, LOW], forms[to, HIGH] = forms[a, RADIUS], low, high
@@ -135,14 +146,30 @@ def add(forms: Array, to: int, a: int, b: int, sign: float) -> None:
     high = high if high == 0.0 else math.nextafter(high, math.inf)
     radius = forms[a, RADIUS] + forms[b, RADIUS]
     forms[to, CENTRE] = forms[a, CENTRE] + sign * forms[b, CENTRE]
-    size = abs(forms[to, CENTRE])
     for k in range(SLOPES, forms.shape[1]):
         forms[to, k] = forms[a, k] + sign * forms[b, k]
-        size += abs(forms[to, k])
+    size = abs(forms[to, CENTRE]) + size_of_slopes(forms, to)
     forms[to, RADIUS] = (radius + EPSILON * size) * (1.0 + (8.0 + forms.shape[1]) * EPSILON)
     forms[to, LOW] = low
     forms[to, HIGH] = high
     tidied(forms, to)
+
+
+@compiled
+def _inner(forms: Array, a: int, b: int) -> tuple[float, float]:
+    """Return the sum of the products of two forms' slopes, and that of their magnitudes, two of each at once."""
+    one, other, size, more, width = 0.0, 0.0, 0.0, 0.0, forms.shape[1]
+    last = width - (width - SLOPES) % 2
+    for k in range(SLOPES, last, 2):
+        first, second = forms[a, k] * forms[b, k], forms[a, k + 1] * forms[b, k + 1]
+        one += first
+        other += second
+        size += abs(first)
+        more += abs(second)
+    for k in range(last, width):
+        one += forms[a, k] * forms[b, k]
+        size += abs(forms[a, k] * forms[b, k])
+    return one + other, size + more
 
 
 @compiled
@@ -173,16 +200,14 @@ def multiply(forms: Array, to: int, a: int, b: int, products: Index) -> None:
         low = max(low, 0.0)
     mid_a, mid_b = forms[a, CENTRE], forms[b, CENTRE]
     radius_a, radius_b = forms[a, RADIUS], forms[b, RADIUS]
-    around = spread(forms, a) * spread(forms, b)
-    shift, square, size = 0.0, 0.0, 0.0
+    size_a, size_b = spread(forms, a), spread(forms, b)
+    around = size_a * size_b
     for k in range(SLOPES, forms.shape[1]):
-        slope_a, slope_b = forms[a, k], forms[b, k]
-        shift += 0.5 * slope_a * slope_b
-        square += 0.5 * abs(slope_a * slope_b)
-        forms[to, k] = mid_a * slope_b + mid_b * slope_a
-        size += abs(mid_a * slope_b) + abs(mid_b * slope_a)
-    forms[to, CENTRE] = mid_a * mid_b + shift
-    known = square
+        forms[to, k] = mid_a * forms[b, k] + mid_b * forms[a, k]
+    shift, square = _inner(forms, a, b)
+    forms[to, CENTRE] = mid_a * mid_b + 0.5 * shift
+    size = abs(mid_a) * size_b + abs(mid_b) * size_a
+    known = 0.5 * square
     for j in range(products.shape[0]):
         own_a, own_b = forms[a, SLOPES + j], forms[b, SLOPES + j]
         if own_a == 0.0 and own_b == 0.0:

@@ -31,7 +31,7 @@ from smid.models.symbols import inlined, number, plain_symbols, references, unus
 _Ends = tuple[float, float]
 
 _ROUNDED = 1 + 1e-9
-_MORE = 2.0
+_MORE = 6.0
 """So many coefficients for each parameter are worth a proof: more of them hardly leave a contradiction."""
 
 _LARGEST = 1000

@@ -120,23 +120,9 @@ class Program:
         return (*self._proven(values, k, sign), point)
 
     def emptiness(self) -> Multipliers | None:
-        """Return a proof that no point keeps all rows; None where it fails.
-
-        All rows are widened by a share of their radius, and the least share that leaves a solution has multipliers.
-        """
-        (count, unknowns), (low, high) = self._slopes.shape, self._ends
-        size = (self._rows.radius / self._scale)[:, None]
-        sides = [sparse.hstack([self._slopes, sparse.csr_array(sign * size)]) for sign in (1, -1)]
-        slopes = sparse.csr_array(sparse.vstack(sides))
-        free = np.full(count, highspy.kHighsInf)
-        box = np.append(-np.ones(unknowns), 0.0), np.append(np.ones(unknowns), highspy.kHighsInf)
-        cost = np.append(np.zeros(unknowns), 1.0)
-        program = _limited(prepared(cost, slopes, (np.append(low, -free), np.append(free, high)), box))
-        program.run()
-        dual = np.array(program.getSolution().row_dual)
-        if not len(dual):
-            return None
-        bound, proof = self._proven((dual[:count] + dual[count:]) / self._scale, NOTHING, 1)
+        """Return a proof that no point keeps all rows, by the ray of the solver that found so; None where it fails."""
+        _, known, ray = self._program.getDualRay()  # type: ignore[attr-defined]  # it is of 1.10
+        bound, proof = self._proven(np.array(ray) / self._scale, NOTHING, 1) if known else (0.0, None)
         return proof if bound > 0 else None
 
     def _proven(self, values: Array, k: int, sign: int) -> tuple[float, Multipliers]:

@@ -6,7 +6,10 @@ that part is cut off: it is often empty. Otherwise the box is halved along the u
 A box that reaches no further than the verified points, within the tolerance, is closed. So is one of which
 smaller boxes would say no more, as what the rows leave open is no longer the box's but the integration's.
 
-Reference: Jaulin, Kieffer, Didrit and Walter, Applied Interval Analysis, Springer (2001), chapters 3 to 6.
+References
+----------
+Jaulin, Kieffer, Didrit and Walter, Applied Interval Analysis, Springer (2001), chapters 3 to 6.
+Minoux, Accelerated greedy algorithms for maximizing submodular set functions, Optimization Techniques, Springer (1978).
 """
 
 from __future__ import annotations
@@ -40,6 +43,7 @@ _SLICES = 8
 _GAIN = 0.5  # an end that smaller boxes would move by less, as a share of the tolerance, is sharp
 _ASPECT = 64.0  # no unknown that bends the runs is wider than another one, as a share of the first box, by more
 _CLEARLY = 1.5  # times as much has to be said for an unknown to be halved that the runs are linear in
+_MEASURED = 3  # halvings until every gain is measured again
 _LINEAR = 0.1  # of what is known at a point: less is lost where an unknown is linear
 _NARROW = 1e-13  # an unknown is not halved below this share of its size
 
@@ -56,6 +60,8 @@ class Box:
         One after the other; the last may prove that the box is empty.
     cut
         The unknown and the value where what is left is cut in two ``parts``.
+    gains
+        What halving an unknown would make the rows say more, as last measured of this box or a larger one.
     """
 
     lower: Array
@@ -64,6 +70,7 @@ class Box:
     contractions: list[Contraction] = field(default_factory=list)
     cut: tuple[int, float] | None = None
     parts: tuple[Box, ...] = ()
+    gains: dict[int, float] = field(default_factory=dict)
 
     @property
     def left(self) -> tuple[Array, Array]:
@@ -191,11 +198,11 @@ class Cover:
             box.contractions.append(found)
             if found.empty:
                 return
-            if found.inside is not None:
-                self.points += filter(self.record.fits, [self._own(found.inside)])
             before, now = (upper - lower)[self._free], (found.upper - found.lower)[self._free]
             if np.all(now >= (1 - _WORTH) * before) or self._beyond(box).max(initial=-np.inf) <= self.tolerance:
-                return
+                break
+        if found.inside is not None:
+            self.points += filter(self.record.fits, [self._own(found.inside)])
 
     def _own(self, place: Array) -> Array:
         """Return the unknowns of a point that the experiments begin with, within what is known of them beforehand."""
@@ -249,7 +256,7 @@ class Cover:
             value = float(self.inner[side][k])
             if sign * (value - (lower, upper)[side][k]) <= _OUTER * (upper[k] - lower[k]):
                 return k, value
-        widest = self._best(lower, upper)
+        widest = self._best(box)
         return None if widest is None else (widest, _middle(float(lower[widest]), float(upper[widest])))
 
     def _sharp_end(self, box: Box, side: int, place: int) -> Array | None:
@@ -271,19 +278,27 @@ class Cover:
         gain = self._beyond(box) - self._beyond(Box(*best))
         return None if gain[side, place] > _GAIN * self.tolerance else self._own(middle + half * end[: len(middle)])
 
-    def _best(self, lower: Array, upper: Array) -> int | None:
-        """Return the unknown whose halving makes the rows say most; None where all are too narrow to be halved."""
-        wide, said = [k for k in self._free if _can_be_halved(lower[k], upper[k])], dict[int, float]()
-        for k in wide:
-            low, high, quarter = lower.copy(), upper.copy(), 0.25 * (upper[k] - lower[k])
-            low[k], high[k] = lower[k] + quarter, upper[k] - quarter
-            said[k] = self.record.knowledge(low, high)
+    def _best(self, box: Box) -> int | None:
+        """Return the unknown whose halving makes the rows say most; None where all are too narrow to be halved.
+
+        Gains of a larger box are measured again only while the largest is one of them. Such lazy choice is of Minoux.
+        """
+        (lower, upper), known = box.left, self.record.knowledge
+        wide = [k for k in self._free if _can_be_halved(lower[k], upper[k])]
+        now, fresh = known(lower, upper), set[int]()
         bent = [k for k in wide if k in self._bent] if self._deepest_first else []
-        if not bent:
-            return max(said, key=said.__getitem__, default=None)
-        # What the runs are linear in, the programs bound without cuts, once the others are known.
-        now = self.record.knowledge(lower, upper)
-        best = max(wide, key=lambda k: (said[k] - now) / (1.0 if k in bent else _CLEARLY))
+
+        def gain(k: int) -> float:
+            # What the runs are linear in, the programs bound without cuts, once the others are known.
+            return box.gains.get(k, math.inf) / (1.0 if k in bent or not bent else _CLEARLY)
+
+        while (best := max(wide, key=gain, default=None)) is not None and best not in fresh:
+            low, high, quarter = lower.copy(), upper.copy(), 0.25 * (upper[best] - lower[best])
+            low[best], high[best] = lower[best] + quarter, upper[best] - quarter
+            box.gains[best] = known(low, high) - now
+            fresh.add(best)
+        if best is None or not bent:
+            return best
 
         # The deepest box first, one unknown after another would be halved for ever where each tells a little more.
         def share(k: int) -> float:
@@ -323,10 +338,11 @@ def _middle(low: float, high: float) -> float:
 def _parts(box: Box, k: int, value: float, shares: tuple[float, float]) -> tuple[Box, Box]:
     """Return the two parts of what is left of a box."""
     (lower, upper), parts = box.left, []
-    for side in (0, 1):
+    for side, share in enumerate(shares):
         ends = lower.copy(), upper.copy()
         ends[1 - side][k] = value
-        parts.append(Box(*ends, shares[side]))
+        gains = dict(box.gains) if math.frexp(share)[1] % _MEASURED else {}
+        parts.append(Box(*ends, share, gains=gains))
     return parts[0], parts[1]
 
 

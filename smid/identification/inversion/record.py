@@ -237,9 +237,11 @@ class Record:
         own = slice(self.count)
         if np.any(point[own] < self.lower[own]) or np.any(point[own] > self.upper[own]):
             return False
+        plain = copy(self)
+        plain.products = Products.none()  # at a point they are zero
         for piece in self.cut.wholes:
             for sign in (-1.0, 1.0):
-                found = self._run(piece, 0, point, point, sign)
+                found = plain._run(piece, 0, point, point, sign)
                 forms = found.outputs
                 reach = (np.abs(forms[:, SLOPES:]).sum(axis=1) + forms[:, RADIUS]) * _UP
                 # A sensor's curve may fall.
