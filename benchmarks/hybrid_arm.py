@@ -39,7 +39,8 @@ from smid import Dataset, OutputError
 from smid.data import load_record
 from smid.display.table import Table, figure
 from smid.fitting.binding import bind
-from smid.fitting.fit import Fit, Fitting, fit
+from smid.fitting.fit import fit
+from smid.fitting.problem import Fit, Fitting
 from smid.hybrid import BackCouplings, embedded, estimate, parallel, series
 from smid.models import Line, Measurement, Model, Parameter, signal, t
 from smid.models.rotating_arm import MOTOR

@@ -25,7 +25,8 @@ from relaxations.algebra.arrays import Array
 from smid import Dataset, OutputError
 from smid.display.table import Table, figure
 from smid.fitting.binding import bind
-from smid.fitting.fit import Fit, fit
+from smid.fitting.fit import fit
+from smid.fitting.problem import Fit
 from smid.hybrid import BackCouplings, HybridEstimate, embedded, estimate, network_of, parallel, series
 from smid.models import Model, signal, t
 from smid.theses.hybrid.cooled_reactor import arrhenius, cooled_reactor

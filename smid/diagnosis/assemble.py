@@ -18,7 +18,7 @@ from smid.diagnosis.search.posterior import Posterior
 from smid.diagnosis.search.ranking import Visited
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.trial import Trial
-from smid.fitting.fit import Fit
+from smid.fitting.problem import Fit
 
 _SPREAD = 3.0  # standard deviations either side
 _GROWN = 2.0  # noise may be so many times as large on the test part: levels and inputs differ there

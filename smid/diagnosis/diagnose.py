@@ -48,7 +48,7 @@ from smid.diagnosis.simulator import simulator
 from smid.display.progress import Shows, spoken, with_bar
 from smid.feasible.feasible_set import check_samples
 from smid.fitting.binding import bind
-from smid.fitting.fit import Fit, Fitting
+from smid.fitting.problem import Fit, Fitting
 from smid.models import Model, ModelError
 from smid.models.edit_lines import rename_channels
 from smid.processes import copies

@@ -14,7 +14,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.data.estimates import estimates_of
-from smid.fitting.fit import Fit
+from smid.fitting.problem import Fit
 from smid.models.simulate import simulate
 from smid.models.simulated import standalone
 from smid.signals import multisine, noise, prbs, ramp, staircase

@@ -14,7 +14,7 @@ import numpy as np
 from smid.diagnosis.effects.effect import Detection, Effect, Site
 from smid.diagnosis.search.guarded import Failure, guarded
 from smid.diagnosis.search.record import Record
-from smid.fitting.fit import Fit
+from smid.fitting.problem import Fit
 from smid.models import Model
 
 __all__ = ["Glitches", "adds_none", "glitches_in", "glitches_of", "without_glitches"]

@@ -21,7 +21,7 @@ import numpy as np
 from smid.data import Dataset, Experiment
 from smid.data.edit import slice_samples
 from smid.diagnosis.parts import Parts, split
-from smid.fitting.fit import Fit, Fitting
+from smid.fitting.problem import Fit, Fitting
 from smid.models import Model
 
 MOST_SAMPLES = 2500

@@ -10,7 +10,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array, Mask
 from smid.data import DataError, Dataset
 from smid.diagnosis.search.record import FOLDS
-from smid.fitting.fit import Fit, Fitting
+from smid.fitting.problem import Fit, Fitting
 from smid.models import Model
 
 STARTING = 50

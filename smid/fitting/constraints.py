@@ -16,7 +16,7 @@ import sympy
 from scipy.optimize import NonlinearConstraint, minimize
 
 from relaxations.algebra.arrays import Array
-from smid.fitting.fit import Fitting
+from smid.fitting.problem import Fitting
 
 KEPT = 1e-7  # a smaller violation counts as rounding
 _ITERATIONS = 100

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from smid.fitting.fit import Fitting
+from smid.fitting.problem import Fitting
 from smid.fitting.sequential import Descents
 
 __all__ = ["minimax"]

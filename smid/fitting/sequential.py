@@ -18,7 +18,7 @@ from scipy.optimize import linprog
 
 from relaxations.algebra.arrays import Array, Index
 from smid.fitting.constraints import Constraints
-from smid.fitting.fit import Fitting
+from smid.fitting.problem import Fitting
 
 _STEPS = 30
 _SHORTEST = 1e-12

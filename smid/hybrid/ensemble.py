@@ -19,7 +19,7 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array
 from smid.display.result import Part, Result
-from smid.fitting.fit import Fitting
+from smid.fitting.problem import Fitting
 from smid.hybrid.estimate import StalledFitWarning, estimate
 from smid.hybrid.hybrid_estimate import HybridEstimate
 from smid.models import ModelError

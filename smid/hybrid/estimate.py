@@ -7,7 +7,7 @@ The residual is the output error one step ahead ("prediction", past outputs are 
   deviation (`smid.hybrid.problem`).
 - Start: random hidden weights, for every network. The last layers start at zero, which is the first-principles model
   alone. A free-run fit starts from the result of the prediction fit, because it learns dynamics slowly from zero.
-- Initial states, also of hidden states, are estimated together with the parameters (`smid.fitting.fit`).
+- Initial states, also of hidden states, are estimated together with the parameters (`smid.fitting.problem`).
 - Safeguard: steps are projected on the parameters' boxes. Where the run diverges, the error is infinite, so no step
   goes there. A descent that stalls is told.
 - Against overfitting: a penalty of squared weights, by default the one that the data tell
@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from relaxations.algebra.arrays import Array
 from smid.data import DataError, Dataset
-from smid.fitting.fit import Fitting
+from smid.fitting.problem import Fitting
 from smid.hybrid.analysis import required
 from smid.hybrid.back_couplings import warn_of_few_couplings
 from smid.hybrid.hybrid_estimate import HybridEstimate

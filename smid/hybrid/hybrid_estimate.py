@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from smid.data import Dataset
 from smid.display.result import Part, Result, plain
-from smid.fitting.fit import Fit
+from smid.fitting.problem import Fit
 from smid.hybrid.hybrid_model import HybridModel
 from smid.hybrid.trained_range import TrainedRange
 from smid.models import Model, Parameter

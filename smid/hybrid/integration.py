@@ -13,7 +13,7 @@ import numpy as np
 
 from relaxations.algebra.arrays import Mask
 from smid.data import Dataset
-from smid.fitting.fit import Fit, Fitting
+from smid.fitting.problem import Fit, Fitting
 
 __all__ = ["integration_error"]
 

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from relaxations.algebra.arrays import Array
-from smid.fitting.fit import Fitting
+from smid.fitting.problem import Fitting
 from smid.hybrid.hybrid_model import HybridModel
 from smid.models import ModelError
 from smid.networks import NormalEquations, sum_normal_equations

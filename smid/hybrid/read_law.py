@@ -22,7 +22,7 @@ from relaxations.algebra.arrays import Array
 from smid.diagnosis.search.evidence import evidence
 from smid.diagnosis.search.noise_model import NoiseModel, noise_model
 from smid.diagnosis.search.record import Record
-from smid.fitting.fit import Errors, Fit, Fitting
+from smid.fitting.problem import Errors, Fit, Fitting
 from smid.hybrid.hybrid_estimate import HybridEstimate
 from smid.hybrid.hybrid_model import HybridModel
 from smid.hybrid.law_start import Columns, LawStart, evaluated

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from smid.data import Dataset
-from smid.fitting.fit import Fitting, prediction
+from smid.fitting.one_step_ahead import prediction
+from smid.fitting.problem import Fitting
 from smid.hybrid.hybrid_model import HybridModel
 from smid.hybrid.neurons import NEURONS, RECURRENT
 from smid.hybrid.problem import output_slopes

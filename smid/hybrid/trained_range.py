@@ -17,7 +17,7 @@ from relaxations.algebra.arrays import Array
 from smid.data import Dataset
 from smid.display.result import Part, Tabular
 from smid.display.table import Table
-from smid.fitting.fit import Fitting
+from smid.fitting.problem import Fitting
 from smid.hybrid.hybrid_model import HybridModel
 from smid.models import Line, Model, signal, t
 from smid.models.expressions import shown

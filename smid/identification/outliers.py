@@ -28,7 +28,7 @@ from relaxations.search.enclosure import STOPPED, Enclosure, Reason, uninterrupt
 from smid.data import DataError, Dataset
 from smid.data.window import Window, part_of
 from smid.feasible.template import Templates, is_polynomial
-from smid.fitting.fit import Fitting
+from smid.fitting.problem import Fitting
 from smid.identification.certificates import Content, ProvenPart, Round, bundle_of
 from smid.identification.choice import encloser_for
 from smid.identification.encloser import (

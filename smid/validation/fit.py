@@ -31,8 +31,9 @@ from smid.display.table import Table
 from smid.feasible.feasible_set import check_samples
 from smid.fitting.binding import bind
 from smid.fitting.constraints import Constraints, constrained
-from smid.fitting.fit import Fitting, best_of_starts
+from smid.fitting.fit import best_of_starts
 from smid.fitting.minimax import minimax
+from smid.fitting.problem import Fitting
 from smid.models import Model, ModelError
 from smid.models.sensitivities import Initial
 from smid.validation.correlation import SIGNIFICANT, autocorrelation

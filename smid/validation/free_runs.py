@@ -13,7 +13,7 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array
 from smid.data import Dataset
-from smid.fitting.fit import Fitting
+from smid.fitting.problem import Fitting
 from smid.models import Model
 from smid.models.running import parameter_values
 from smid.models.sensitivities import compile_free_run

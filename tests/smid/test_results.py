@@ -199,7 +199,7 @@ def networks():
     yield hybrid
     weights = {parameter.name: 0.1 for parameter in hybrid.term.parameters}
     estimated = dataclasses.replace(hybrid, model=hybrid.model.with_values(weights))
-    fit = smid.fitting.fit.Fit(estimated.model, ({},), ({"y": np.ones(3)},), 0.5, 4)
+    fit = smid.fitting.problem.Fit(estimated.model, ({},), ({"y": np.ones(3)},), 0.5, 4)
     trained = (TrainedRange("N", "u[t]", 0.0, 1.0),)
     data = smid.Dataset.from_arrays(input={"u": np.ones(3)}, output={"y": np.ones(3)}, sampling_time=1.0)
     search, used = MultiStart(training.search.descents), (np.ones(3, bool),)

@@ -10,8 +10,8 @@ import numpy as np
 from relaxations.algebra.arrays import Array
 from smid.data import Channel, Dataset
 from smid.diagnosis.proof.reached import reached
-from smid.fitting.fit import Fitting
 from smid.fitting.minimax import minimax
+from smid.fitting.problem import Fitting
 from smid.identification.inversion.outermost import unknowns_of
 from smid.identification.inversion.record import Record
 from smid.models import Model, signal, t

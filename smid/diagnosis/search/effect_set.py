@@ -18,7 +18,7 @@ from smid.diagnosis.search.noise_model import DISCREPANCY
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.trial import Base, Begun, Trial, begin, finish, fitting, refit, schwarz, try_effect
 from smid.display.progress import counted
-from smid.fitting.fit import Errors, Fit
+from smid.fitting.problem import Errors, Fit
 
 _BETTER = 1e-6  # a smaller reduction of the error is no other minimum
 _WORTH = 2.0  # of the criterion: a nat

@@ -29,7 +29,7 @@ from smid.diagnosis.search.noise_model import DISCREPANCY, NoiseModel, noise_mod
 from smid.diagnosis.search.record import FOLDS, Record
 from smid.diagnosis.search.student import log_density, weights
 from smid.diagnosis.search.within_bound import OFF, WithinBound
-from smid.fitting.fit import Errors, Fit, Fitting
+from smid.fitting.problem import Errors, Fit, Fitting
 
 _POLISHING = 4
 _WORTH = 0.1  # nats

@@ -23,7 +23,7 @@ from smid.diagnosis.evidence.autoregression import LARGEST_ORDER, autocovariance
 from smid.diagnosis.search.record import bridged
 from smid.diagnosis.search.student import weights
 from smid.diagnosis.search.within_bound import WithinBound
-from smid.fitting.fit import Errors
+from smid.fitting.problem import Errors
 
 DISCREPANCY = 0.1
 """What laws that are only nearly right may leave of the error of the base model, as a share of it."""
@@ -72,7 +72,7 @@ def noise_model(errors: Errors, used: Sequence[Mask], base: Errors = ()) -> Nois
     Parameters
     ----------
     errors
-        Of the fit that explains most, see `smid.fitting.fit.Fitting.errors`.
+        Of the fit that explains most, see `smid.fitting.problem.Fitting.errors`.
     used
         Shape (n,). Per experiment, the samples that count; the others are bridged.
     base

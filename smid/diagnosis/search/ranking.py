@@ -17,7 +17,7 @@ from smid.diagnosis.search.evidence import (
 from smid.diagnosis.search.noise_model import NoiseModel
 from smid.diagnosis.search.record import Record
 from smid.diagnosis.search.trial import REACH
-from smid.fitting.fit import Errors
+from smid.fitting.problem import Errors
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ import numpy as np
 from relaxations.algebra.arrays import Array, Index, Mask
 from smid.data import Dataset
 from smid.diagnosis.effects.effect import Site
-from smid.fitting.fit import Fit
+from smid.fitting.problem import Fit
 
 FOLDS = 5
 _BEGINNING = 0.1  # share of an experiment that tells its initial states, and is never left out

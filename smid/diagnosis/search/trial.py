@@ -15,7 +15,9 @@ import numpy as np
 from relaxations.algebra.arrays import Array, Mask
 from smid.data import Dataset
 from smid.diagnosis.effects.effect import Describe, Effect, Extension, Site
-from smid.fitting.fit import Errors, Fit, Fitting, fit, one_step_ahead
+from smid.fitting.fit import fit
+from smid.fitting.one_step_ahead import one_step_ahead
+from smid.fitting.problem import Errors, Fit, Fitting
 from smid.models import Model, ModelError
 from smid.models.sensitivities import Initial
 
@@ -45,7 +47,7 @@ class Trial:
     signature
         Share of the base cost that the first step promised.
     errors
-        Of the fit, with their derivatives; see `smid.fitting.fit.Fitting.errors`.
+        Of the fit, with their derivatives; see `smid.fitting.problem.Fitting.errors`.
     variants
         How many variants the effect has here.
     describe, place

@@ -9,7 +9,7 @@ import numpy as np
 
 from relaxations.algebra.arrays import Array
 from relaxations.deadline import check_time
-from smid.fitting.fit import Fitting
+from smid.fitting.problem import Fitting
 from smid.identification.inversion.record import Record
 from smid.identification.windows.scan import Scan
 

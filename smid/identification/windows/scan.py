@@ -14,7 +14,8 @@ import numpy as np
 from relaxations.algebra.arrays import Array, Index
 from smid.data import DataError, Dataset
 from smid.fitting.constraints import Constraints, constrained
-from smid.fitting.fit import Fitting, fit
+from smid.fitting.fit import fit
+from smid.fitting.problem import Fitting
 from smid.fitting.sequential import Descents, largest
 from smid.models import Model
 

@@ -18,7 +18,7 @@ from smid.data import DataError, Dataset
 from smid.data.window import Window, cut_all, windows_before
 from smid.feasible.feasible_set import FeasibleSet
 from smid.feasible.template import Templates
-from smid.fitting.fit import Fitting
+from smid.fitting.problem import Fitting
 from smid.identification.encloser import (
     Certified,
     Enclosed,

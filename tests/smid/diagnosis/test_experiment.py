@@ -5,7 +5,7 @@ import pytest
 
 from smid import OutputError, Parameter
 from smid.diagnosis.experiment import separating_experiment
-from smid.fitting.fit import Fit
+from smid.fitting.problem import Fit
 from smid.models import Model, signal, simulate, t
 from tests.smid.diagnosis.lag_records import lag, record, steps
 

@@ -10,7 +10,8 @@ from relaxations.algebra.arrays import Array
 from smid import DataError, Dataset, Hammerstein, OutputError, Parameter
 from smid.diagnosis.effects.effect import Site
 from smid.diagnosis.effects.input_backlash import extend
-from smid.fitting.fit import Fitting, fit
+from smid.fitting.fit import fit
+from smid.fitting.problem import Fitting
 from smid.models import VALUE, Measurement, Model, simulate
 
 RNG = np.random.default_rng(5)

@@ -9,8 +9,9 @@ from scipy.optimize import linprog
 
 from smid import Dataset, Model, OutputError, error_bound
 from smid.fitting.binding import bind
-from smid.fitting.fit import Fitting, fit
+from smid.fitting.fit import fit
 from smid.fitting.minimax import minimax
+from smid.fitting.problem import Fitting
 from smid.models import Line, Measurement, Parameter, signal, t
 
 

@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 from smid import Dataset, OutputError
 from smid.fitting.binding import bind
 from smid.fitting.constraints import Constraints
-from smid.fitting.fit import Fitting
+from smid.fitting.problem import Fitting
 from smid.fitting.sequential import Descents
 
 BOUND = 0.1

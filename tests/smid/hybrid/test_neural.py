@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from smid.data import Dataset
-from smid.fitting.fit import Fitting
+from smid.fitting.problem import Fitting
 from smid.hybrid import EXTRA, NeuralTerm, network_of, series, with_network
 from smid.hybrid.neural import network_output
 from smid.models import ModelError, OutputError, Reactor, signal, simulate, t

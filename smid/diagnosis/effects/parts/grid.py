@@ -21,7 +21,8 @@ from scipy.signal import lfilter
 from relaxations.algebra.arrays import Array
 from smid.diagnosis.effects.effect import Site
 from smid.diagnosis.effects.parts.asked_for import Start
-from smid.fitting.fit import Fitting, one_step_ahead
+from smid.fitting.one_step_ahead import one_step_ahead
+from smid.fitting.problem import Fitting
 from smid.models import Model, Parameter
 from smid.models.simulate import simulate
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from smid import Dataset, ErrorsInVariables, Hammerstein, Model, OutputError, Parameter, Wiener
 from smid.feasible.template import Templates
 from smid.fitting.binding import bind
-from smid.fitting.fit import Fitting
+from smid.fitting.problem import Fitting
 from smid.identification.windows.whole_record import WholeRecord, suits
 from smid.models import Line, Measurement
 from smid.models.symbols import signal, t
