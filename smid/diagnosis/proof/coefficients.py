@@ -164,7 +164,7 @@ def _freed(found: Freed, bounds: Mapping[str, float], numbers: Mapping[str, str]
     ends = Record(replace(model, constraints=values), record.data, bounds).constraint_ends()
     boxes = {p.symbol: (p.lower, p.upper) for p in model.parameters}
     boxes |= dict(zip(free.symbols.values(), map(tuple, ends.tolist()), strict=True))
-    boxes |= _told(model, lines, record.data, bounds, boxes, numbers)
+    boxes |= _ends_told(model, lines, record.data, bounds, boxes, numbers)
     occurring = {name for line in lines for name in plain_symbols(line.expression)}
     parameters = tuple(Parameter(str(own), *box) for own, box in boxes.items() if str(own) in occurring)
     if not all(np.isfinite([p.lower, p.upper]).all() for p in parameters):
@@ -208,7 +208,7 @@ def _within(box: _Ends, reach: float) -> _Ends:
     return (low, high) if low <= high else box
 
 
-def _told(
+def _ends_told(
     model: Model,
     lines: Sequence[Line],
     data: Dataset,
