@@ -75,7 +75,7 @@ def copy(target: Array, to: int, forms: Array, a: int) -> None:
 
 
 @compiled
-def size_of_slopes(forms: Array, a: int) -> float:
+def _size_of_slopes(forms: Array, a: int) -> float:
     """Return the sum of the magnitudes of the slopes, four sums at once: a processor need not wait for each in turn."""
     one, other, third, fourth, width = 0.0, 0.0, 0.0, 0.0, forms.shape[1]
     last = width - (width - SLOPES) % 4
@@ -92,7 +92,7 @@ def size_of_slopes(forms: Array, a: int) -> float:
 @compiled
 def spread(forms: Array, a: int) -> float:
     """Return an upper bound of the distance from the centre."""
-    return float((size_of_slopes(forms, a) + forms[a, RADIUS]) * (1.0 + forms.shape[1] * EPSILON))
+    return float((_size_of_slopes(forms, a) + forms[a, RADIUS]) * (1.0 + forms.shape[1] * EPSILON))
 
 
 @compiled
@@ -121,7 +121,7 @@ def linear(forms: Array, to: int, a: int, factor: float, constant: float, error:
     high = max(factor * forms[a, LOW], factor * forms[a, HIGH])
     for k in range(SLOPES, forms.shape[1]):
         forms[to, k] = factor * forms[a, k]
-    size = abs(factor * forms[a, CENTRE]) + abs(constant) + size_of_slopes(forms, to)
+    size = abs(factor * forms[a, CENTRE]) + abs(constant) + _size_of_slopes(forms, to)
     forms[to, CENTRE] = factor * forms[a, CENTRE] + constant
     if constant == 0.0 and error == 0.0 and abs(factor) == 1.0:  # nothing is rounded: x - x stays zero
         forms[to, RADIUS], forms[to, LOW], forms[to, HIGH] = forms[a, RADIUS], low, high
@@ -148,7 +148,7 @@ def add(forms: Array, to: int, a: int, b: int, sign: float) -> None:
     forms[to, CENTRE] = forms[a, CENTRE] + sign * forms[b, CENTRE]
     for k in range(SLOPES, forms.shape[1]):
         forms[to, k] = forms[a, k] + sign * forms[b, k]
-    size = abs(forms[to, CENTRE]) + size_of_slopes(forms, to)
+    size = abs(forms[to, CENTRE]) + _size_of_slopes(forms, to)
     forms[to, RADIUS] = (radius + EPSILON * size) * (1.0 + (8.0 + forms.shape[1]) * EPSILON)
     forms[to, LOW] = low
     forms[to, HIGH] = high

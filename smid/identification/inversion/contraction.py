@@ -100,8 +100,10 @@ class Program:
 
     @cached_property
     def _program(self) -> highspy.Highs:
-        count = self._slopes.shape[1]
-        return _limited(prepared(np.zeros(count), self._slopes, self._ends, (-np.ones(count), np.ones(count))))
+        rows, count = self._slopes.shape
+        program = prepared(np.zeros(count), self._slopes, self._ends, (-np.ones(count), np.ones(count)))
+        program.setOptionValue("simplex_iteration_limit", _ITERATIONS * (rows + count))
+        return program
 
     def end(self, k: int, sign: int) -> tuple[float, Multipliers, Array] | None:
         """Return a proven lower bound of ``sign e_k``, its proof, and the point where the program ends.
@@ -121,7 +123,7 @@ class Program:
 
     def emptiness(self) -> Multipliers | None:
         """Return a proof that no point keeps all rows, by the ray of the solver that found so; None where it fails."""
-        _, known, ray = self._program.getDualRay()  # type: ignore[attr-defined]  # it is of 1.10
+        _, known, ray = self._program.getDualRay()  # type: ignore[attr-defined]  # the stubs lack it
         bound, proof = self._proven(np.array(ray) / self._scale, NOTHING, 1) if known else (0.0, None)
         return proof if bound > 0 else None
 
@@ -134,12 +136,6 @@ class Program:
         bound, size = _bound(used, m, rows.centre, rows.radius, *self._entries, left)
         rounding = (2 * len(m) + len(left) + 16) * EPSILON * (1 + size)
         return float(bound - np.abs(left).sum() - rounding), Multipliers(k, sign, rows.sources[used], m)
-
-
-def _limited(program: highspy.Highs) -> highspy.Highs:
-    """Return a program that ends without a solution after many iterations."""
-    program.setOptionValue("simplex_iteration_limit", _ITERATIONS * (program.getNumRow() + program.getNumCol()))
-    return program
 
 
 @compiled

@@ -281,7 +281,7 @@ class Cover:
     def _best(self, box: Box) -> int | None:
         """Return the unknown whose halving makes the rows say most; None where all are too narrow to be halved.
 
-        Gains of a larger box are measured again only while the largest is one of them. Such lazy choice is of Minoux.
+        Gains of a larger box are measured again only while the largest is one of them (Minoux).
         """
         (lower, upper), known = box.left, self.record.knowledge
         wide = [k for k in self._free if _can_be_halved(lower[k], upper[k])]
@@ -341,6 +341,7 @@ def _parts(box: Box, k: int, value: float, shares: tuple[float, float]) -> tuple
     for side, share in enumerate(shares):
         ends = lower.copy(), upper.copy()
         ends[1 - side][k] = value
+        # A share is a power of two.
         gains = dict(box.gains) if math.frexp(share)[1] % _MEASURED else {}
         parts.append(Box(*ends, share, gains=gains))
     return parts[0], parts[1]
