@@ -10,7 +10,11 @@ from relaxations.algebra.arrays import Array, Mask
 from smid.data import DataError, Dataset
 from smid.fitting.one_step_ahead import drawn, one_step_ahead
 from smid.fitting.problem import Fit, Fitting
-from smid.models import Model
+from smid.models import Model, Parameter
+
+_DRAWN = 250  # random values within the boxes, and as many of any size: in another unit they are 1e-3 or 1e6
+_ORDERS = 16.0  # of magnitude
+_LARGEST = 1e8  # in place of an infinite end
 
 
 def fit(
@@ -30,7 +34,8 @@ def fit(
     used
         Shape (n,). Per experiment, the samples to fit; by default all after the warm-up. Missing samples are left out.
     starts
-        Number of starts: the model's values, a one-step-ahead fit (also scaled towards zero), then random values.
+        Number of starts: the model's values, a one-step-ahead fit (also scaled towards zero), then the best of many
+        random values of all orders of magnitude.
 
     Raises
     ------
@@ -55,7 +60,7 @@ def fit(
 def best_of_starts(problem: Fitting, starts: int = 6, seed: int = 0) -> tuple[Array, float]:
     """Return the best vector found from several starts, shape (n_free,), and its cost; see `fit`."""
     best, least, guessed = None, np.inf, None
-    for values in _starts(problem.model, problem.data, problem.used, starts, seed):
+    for values in _starts(problem, starts, seed):
         vector, cost = problem.solve(problem.start(values))
         if cost < least:
             best, least, guessed = vector, cost, problem.initial(vector)
@@ -67,17 +72,26 @@ def best_of_starts(problem: Fitting, starts: int = 6, seed: int = 0) -> tuple[Ar
     return problem.at(dict(zip(problem.run.parameters, best.tolist(), strict=False)), guessed), least
 
 
-def _starts(model: Model, data: Dataset, used: Sequence[Mask], count: int, seed: int) -> list[dict[str, float]]:
+def _starts(problem: Fitting, count: int, seed: int) -> list[dict[str, float]]:
+    model, generator = problem.model, np.random.default_rng(seed)
     free = [p for p in model.parameters if p.lower < p.upper]
     if not free:
         return [{}]
     found: list[dict[str, float]] = []
     if all(p.name in model.values for p in free):
         found.append({p.name: model.values[p.name] for p in free})
-    generator = np.random.default_rng(seed)
-    ahead = one_step_ahead(model, data, used, seed)
+    ahead = one_step_ahead(model, problem.data, problem.used, seed)
     for shrink in (1.0, 0.9, 0.5) if ahead else ():
         found.append({name: shrink * value for name, value in ahead.items()})
-    while len(found) < count:
-        found.append({p.name: drawn(p, generator) for p in free})
+    if len(found) < count:
+        draws = [{p.name: draw(p, generator) for p in free} for draw in (drawn, _of_any_size) for _ in range(_DRAWN)]
+        with np.errstate(all="ignore"):  # many overflow
+            found += sorted(draws, key=lambda values: problem.cost(problem.start(values)))
     return found[:count]
+
+
+def _of_any_size(parameter: Parameter, generator: np.random.Generator) -> float:
+    """Return a random value within the box of a parameter, of any order of magnitude."""
+    ends = np.clip([parameter.lower, parameter.upper], -_LARGEST, _LARGEST)
+    size = generator.choice(ends[ends != 0]) * 10.0 ** -generator.uniform(0, _ORDERS)
+    return float(np.clip(size, parameter.lower, parameter.upper))

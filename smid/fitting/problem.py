@@ -186,7 +186,7 @@ class Fitting:
         if any(self.known):
             # States known from other parameters may fit worse than a guess.
             fresh = self._joined(vector, [self._guess(e, inside, {}) for e in self._each()])
-            start = min(start, fresh, key=self._cost)
+            start = min(start, fresh, key=self.cost)
         return self._begun_abruptly(start) if self._abrupt else start
 
     def _begun_abruptly(self, start: Array) -> Array:
@@ -200,10 +200,10 @@ class Fitting:
                 place = len(self.run.parameters) + e * len(self.begun) + self.begun.index(k)
                 others = np.repeat(start[None], _LEVELS, axis=0)
                 others[:, place] = np.linspace(np.nanmin(reached), np.nanmax(reached), _LEVELS)
-                start = min([start, *others], key=self._cost)
+                start = min([start, *others], key=self.cost)
         return start
 
-    def _cost(self, vector: Array) -> float:
+    def cost(self, vector: Array) -> float:
         """Return the sum of the squared residuals; infinite where the simulation diverges."""
         return float(np.nan_to_num(np.sum(self.residual(vector) ** 2), nan=np.inf))
 

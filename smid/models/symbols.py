@@ -86,8 +86,11 @@ def number(value: float) -> sympy.Rational:
     >>> number(0.1) == sympy.Rational(1, 10)  # no float is a tenth
     False
     """
-    exact = sympy.sympify(value)
-    if not (exact.is_Number and exact.is_finite):
+    try:
+        exact = sympy.sympify(value)
+    except sympy.SympifyError:
+        exact = None
+    if not (isinstance(exact, sympy.Number) and exact.is_finite):
         raise ModelError(f"{value} is not a finite number: give a decimal or a fraction")
     return sympy.Rational(exact)
 

@@ -173,6 +173,7 @@ MISTAKES: dict[str, tuple[Callable[[Path], object], type[Exception], str, str]] 
         "is nan",
         "error_bound encloses the least",
     ),
+    "a list as a bound": (lambda _: identify(MODEL, data_of(), ["y"]), ModelError, "is not a finite number", "give"),
     "an infinite bound": (lambda _: identify(MODEL, data_of(), np.inf), ModelError, "is inf", "give a positive number"),
     "a bound too few": (
         lambda _: identify(ErrorsInVariables(stable=True), data_of(), {"y": 0.1}),

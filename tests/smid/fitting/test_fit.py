@@ -12,7 +12,7 @@ from smid.diagnosis.effects.effect import Site
 from smid.diagnosis.effects.input_backlash import extend
 from smid.fitting.fit import fit
 from smid.fitting.problem import Fitting
-from smid.models import VALUE, Measurement, Model, simulate
+from smid.models import VALUE, Line, Measurement, Model, signal, simulate, t
 
 RNG = np.random.default_rng(5)
 U = np.repeat(RNG.uniform(-1, 1, 60), 5)
@@ -37,6 +37,26 @@ def _data(model: Model, values: dict[str, float], noise: float = 0.0, seed: int 
 def test_noise_free_data_give_back_the_parameters(model: Model, values: dict[str, float]) -> None:
     found = fit(model, _data(model, values)).model.values
     assert found == pytest.approx(values, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("resonance", "damping", "step"), [(430.0, 0.05, 1 / 610), (3.0, 0.2, 0.05), (0.01, 0.7, 10.0), (50.0, 0.01, 0.005)]
+)
+@pytest.mark.parametrize("seed", range(3))
+def test_a_law_of_physics_is_fitted_whatever_the_size_of_its_parameters(
+    resonance: float, damping: float, step: float, seed: int
+) -> None:
+    """Mass, spring and damper in boxes that say nothing. Most values in these diverge, or the mass hardly moves."""
+    gain, drag, stiffness = Parameter("gain", 0, 1e8), Parameter("drag", 0, 1e4), Parameter("stiffness", 0, 1e8)
+    x, v, u = signal("x"), signal("v"), signal("u")
+    force = gain.symbol * u[t] - drag.symbol * v[t] - stiffness.symbol * x[t]
+    lines = (Line(x[t], v[t], rate=True), Line(v[t], force, rate=True))
+    plant = Model("oscillator", (gain, drag, stiffness), lines, (Measurement("y", "x", "eta"),), sampling_time=step)
+    true = {"gain": resonance**2, "drag": 2 * damping * resonance, "stiffness": resonance**2}
+    y = simulate(plant, {"u": U}, true)["y"]
+    noisy = y + 0.02 * y.std() * np.random.default_rng(seed).normal(size=len(y))
+    data = Dataset.from_arrays(input={"u": U}, output={"y": noisy}, sampling_time=step)
+    assert fit(plant, data, seed=seed).model.values == pytest.approx(true, rel=0.05)
 
 
 def test_error_is_the_noise() -> None:
