@@ -15,6 +15,7 @@ from smid.models import Model, Parameter
 _DRAWN = 250  # random values within the boxes, and as many of any size: in another unit they are 1e-3 or 1e6
 _ORDERS = 16.0  # of magnitude
 _LARGEST = 1e8  # in place of an infinite end
+_EXACT = 1e-14  # reduction of the cost, as small as it can be told
 
 
 def fit(
@@ -69,7 +70,9 @@ def best_of_starts(problem: Fitting, starts: int = 6, seed: int = 0) -> tuple[Ar
             f"the model {problem.model.name!r} cannot be simulated on these data: it diverges from every start. Bound "
             "its parameters to the stable range (stable=True), or give start values"
         )
-    return problem.at(dict(zip(problem.run.parameters, best.tolist(), strict=False)), guessed), least
+    reached = problem.at(dict(zip(problem.run.parameters, best.tolist(), strict=False)), guessed)
+    # Which start is best by the last digits must not matter.
+    return problem.solve(reached, tolerance=_EXACT)
 
 
 def _starts(problem: Fitting, count: int, seed: int) -> list[dict[str, float]]:

@@ -28,5 +28,4 @@ def test_the_hidden_effect_is_named_first(seed: int, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", ["none", "none, bound withheld"])
 def test_nothing_is_named_where_nothing_is_wrong(kind: str, tmp_path: Path) -> None:
-    outcomes = [diagnose_case(kind, seed, SAMPLES, tmp_path) for seed in range(2 if kind == "none" else 1)]
-    assert [o.named for o in outcomes] == [()] * len(outcomes)
+    assert diagnose_case(kind, 0, SAMPLES, tmp_path).named == ()

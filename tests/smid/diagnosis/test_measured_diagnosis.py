@@ -36,7 +36,7 @@ def test_windows_of_a_long_record_begin_in_the_middle_of_a_swing() -> None:
 
 
 def test_servo_has_a_rate_limit() -> None:
-    data = record("servo_rate_limit").select(SERVO_RUNS)
+    data = record("servo_rate_limit").select(SERVO_RUNS[::2])
     effects = ["rate_limit", "extra_lag"]
     found = diagnose(OutputError(1, 0, offset=True), data, effects=effects, workers=1)
     assert found.verdict is Verdict.NAMED

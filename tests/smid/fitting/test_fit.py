@@ -59,6 +59,13 @@ def test_a_law_of_physics_is_fitted_whatever_the_size_of_its_parameters(
     assert fit(plant, data, seed=seed).model.values == pytest.approx(true, rel=0.05)
 
 
+def test_which_start_is_the_best_does_not_matter() -> None:
+    """Several lead to the optimum, and the last digits of their costs depend on the processor."""
+    data = _data(OutputError(2, 1), {"a1": -1.9, "a2": 0.91, "b0": 0.05, "b1": -0.04}, 0.2)
+    found = [list(fit(OutputError(1, 1), data, seed=seed).model.values.values()) for seed in range(4)]
+    assert np.allclose(found, found[0], rtol=1e-5, atol=0)
+
+
 def test_error_is_the_noise() -> None:
     model, values = OutputError(2, 1), {"a1": -1.6, "a2": 0.68, "b0": 0.05, "b1": 0.03}
     data = _data(model, values, 0.02)
