@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from numbers import Integral
 
 import numpy as np
 
@@ -87,6 +88,8 @@ class Plan:
         """
         if isinstance(method, Plan):
             return method
+        if order is not None and not isinstance(order, Integral):
+            raise ProblemError(f"order {order!r} is no whole number: give one, or None for the usual order")
         chosen = method_of(method)
         order = order if order is not None or chosen is None else chosen.order
         lifts = chosen is None or isinstance(chosen, (*LIFTS, Cuts))

@@ -18,7 +18,7 @@ from smid.data.gaps import split_at_gaps, split_note, without_gaps
 from smid.data.listing import channel_table, notes
 from smid.data.normalise import Normalisation, NormalisationMethod
 from smid.data.resample import Resampling
-from smid.data.validate import validate
+from smid.data.validate import positive, validate
 from smid.display.result import Part, Result, optional, plain
 
 if TYPE_CHECKING:
@@ -139,13 +139,14 @@ class Dataset(Result):
                 )
         whole = Experiment(name, values)
         driving = [channel for channel in values if channel not in by_role[1]]
-        runs = split_at_gaps(whole, float(sampling_time), driving)
+        interval = positive(sampling_time)
+        runs = split_at_gaps(whole, interval, driving)
         return cls(
             experiments=runs,
             channels=tuple(Channel(channel, (units or {}).get(channel, "")) for channel in values),
             inputs=tuple(by_role[0]),
             outputs=tuple(by_role[1]),
-            sampling_time=float(sampling_time),
+            sampling_time=interval,
             source=split_note([whole], runs, driving).strip(" ()"),
         )
 

@@ -42,7 +42,7 @@ def as_dataset(data: Given, model: Model | None, sampling_time: float | None = N
     DataError
         If a channel or the sampling time cannot be told, or the arrays do not match the model.
     TypeError
-        For anything else.
+        For anything else, and for a model that is none.
 
     Examples
     --------
@@ -50,6 +50,13 @@ def as_dataset(data: Given, model: Model | None, sampling_time: float | None = N
     >>> as_dataset(([0.0, 1, 1], [0.0, 0, 1], 0.1), OutputError(input="valve", output="level")).names
     ('valve', 'level')
     """
+    if model is not None and not isinstance(model, Model):
+        cure = (
+            f"call it, {model.__name__}(...)"
+            if callable(model)
+            else "make one, such as OutputError(2, 1), or load_model(path)"
+        )
+        raise TypeError(f"the model is a {type(model).__name__}, not a Model: {cure}")
     if model is not None and isinstance(data, tuple):
         return _of_arrays(data, model, sampling_time)
     if model is not None and type(data).__name__ == "DataFrame":  # pandas is not loaded for the question

@@ -15,6 +15,7 @@ from smid.data.errors import DataError
 from smid.data.experiment import Experiment
 from smid.data.gaps import split_at_gaps, split_note
 from smid.data.resample import RELATIVE_TOLERANCE, Resampling, check_increasing, resample, uniform_interval
+from smid.data.validate import positive
 
 SECONDS_PER_UNIT: Mapping[str, float] = {
     **dict.fromkeys(("", "s", "sec", "seconds"), 1.0),
@@ -217,7 +218,7 @@ def on_grid(
 ) -> Grid:
     """Return the samples on a uniform grid: resampled where there are time stamps, else as they are."""
     if sampling_time is not None and not any(time_columns):
-        return Grid(values, [0.0] * len(tables), _positive(sampling_time), ())
+        return Grid(values, [0.0] * len(tables), positive(sampling_time), ())
     named = [column for column in time_columns if column is not None]
     if len(named) < len(tables):
         raise DataError("some files have a column of time stamps and some have none; name it with time=...")
@@ -226,7 +227,7 @@ def on_grid(
     for table, channels, (stamps, _) in zip(tables, values, stamped, strict=True):
         for name, array in channels.items():
             _check_before_interpolation(table, name, array, stamps)
-    interval = _common_interval(stamped, tables) if sampling_time is None else _positive(sampling_time)
+    interval = _common_interval(stamped, tables) if sampling_time is None else positive(sampling_time)
     resampled = [
         resample(stamps, channels, interval, resolution)
         for channels, (stamps, resolution) in zip(values, stamped, strict=True)
@@ -237,12 +238,6 @@ def on_grid(
         interval,
         tuple(record for _, record in resampled),
     )
-
-
-def _positive(sampling_time: float) -> float:
-    if not (np.isfinite(sampling_time) and sampling_time > 0):
-        raise DataError(f"sampling_time = {sampling_time} is not positive; give it in seconds")
-    return float(sampling_time)
 
 
 def _check_before_interpolation(

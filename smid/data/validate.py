@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,10 +17,20 @@ if TYPE_CHECKING:
 _LARGEST = 1e100  # the cube of it, summed over a record, does not overflow
 
 
+def positive(sampling_time: Any) -> float:
+    """Return a sampling time as a float; DataError if it is no positive number."""
+    try:
+        found = float(sampling_time)
+    except (TypeError, ValueError):
+        found = np.nan
+    if not (np.isfinite(found) and found > 0):
+        raise DataError(f"sampling_time = {sampling_time} is not positive; give it in seconds")
+    return found
+
+
 def validate(dataset: "Dataset") -> None:
     """Refuse a data set that is not consistent: DataError with the cause and the cure."""
-    if not (np.isfinite(dataset.sampling_time) and dataset.sampling_time > 0):
-        raise DataError(f"sampling_time = {dataset.sampling_time} is not positive; give it in seconds")
+    positive(dataset.sampling_time)
     if not dataset.experiments:
         raise DataError("the data set has no experiments; give at least one")
     _refuse_duplicates("channel", dataset.names)

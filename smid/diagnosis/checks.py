@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from numbers import Integral
 
 import numpy as np
 
@@ -22,8 +23,9 @@ def chosen_effects(effects: Sequence[str | Effect] | None) -> tuple[Effect, ...]
     known = {effect.name: effect for effect in EFFECTS}
     if effects is None:
         return EFFECTS
-    if isinstance(effects, str):
-        raise ModelError(f"effects = {effects!r}: give a list of names, [{effects!r}]")
+    if isinstance(effects, str) or not isinstance(effects, Iterable):
+        one = effects if isinstance(effects, str) else EFFECTS[0].name
+        raise ModelError(f"effects = {effects!r}: give a list of names, [{one!r}]")
     chosen = []
     for item in effects:
         if isinstance(item, str) and item not in known:
@@ -38,7 +40,7 @@ def chosen_effects(effects: Sequence[str | Effect] | None) -> tuple[Effect, ...]
 
 def processes(workers: int | None) -> int:
     """Return how many processes to use, one per processor where no number is given; ModelError for less than one."""
-    if workers is not None and workers < 1:
+    if workers is not None and not (isinstance(workers, Integral) and workers >= 1):
         raise ModelError(f"workers = {workers}: give a number of processes, at least 1, or none for one per processor")
     return workers or os.cpu_count() or 1
 

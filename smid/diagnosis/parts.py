@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 
 import numpy as np
 
@@ -50,8 +51,8 @@ def split(model: Model, data: Dataset, test: float | Sequence[str]) -> Parts:
     """
     names = [run.name for run in data.experiments]
     chosen = [test] if isinstance(test, str) else test
-    if isinstance(chosen, int | float):
-        if not 0.05 <= chosen <= 0.9:
+    if not isinstance(chosen, Sequence):
+        if not (isinstance(chosen, Real) and 0.05 <= chosen <= 0.9):
             raise DataError(f"test = {chosen}: give a share between 0.05 and 0.9, or names of experiments")
         stops = [round((1 - chosen) * run.n_samples) for run in data.experiments]
     else:

@@ -16,6 +16,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from numbers import Integral
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
@@ -243,8 +244,8 @@ def fit(model: Model, data: Given, method: FitMethod = "least_squares", *, start
     """
     if method not in METHODS:
         raise ModelError(f"method = {method!r} is unknown: take {' or '.join(METHODS)}")
-    if starts < 1:
-        raise ModelError(f"starts = {starts}: give at least 1")
+    if not (isinstance(starts, Integral) and starts >= 1):
+        raise ModelError(f"starts = {starts}: give a whole number of at least 1")
     data = as_dataset(data, model)
     bound = bind(model, data)
     if not bound.output_channels:
