@@ -89,7 +89,7 @@ def _starts(problem: Fitting, count: int, seed: int) -> list[dict[str, float]]:
     if len(found) < count:
         draws = [{p.name: draw(p, generator) for p in free} for draw in (drawn, _of_any_size) for _ in range(_DRAWN)]
         with np.errstate(all="ignore"):  # many overflow
-            found += sorted(draws, key=lambda values: problem.cost(problem.start(values)))
+            found += sorted(draws, key=lambda values: problem.cost(problem.quick_start(values)))
     return found[:count]
 
 

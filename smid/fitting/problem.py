@@ -175,6 +175,11 @@ class Fitting:
 
     def start(self, values: Mapping[str, float]) -> Array:
         """Return a start vector: parameter values, then known or guessed initial states, whichever fit better."""
+        start = self.quick_start(values)
+        return self._begun_abruptly(start) if self._abrupt and self.frees_initial else start
+
+    def quick_start(self, values: Mapping[str, float]) -> Array:
+        """Return a start vector in which abrupt memories begin where they are guessed."""
         theta = [float(values[name]) for name in self.run.parameters]
         vector = np.clip(theta, self.lower, self.upper)
         inside = dict(zip(self.run.parameters, vector.tolist(), strict=True))
@@ -187,7 +192,7 @@ class Fitting:
             # States known from other parameters may fit worse than a guess.
             fresh = self._joined(vector, [self._guess(e, inside, {}) for e in self._each()])
             start = min(start, fresh, key=self.cost)
-        return self._begun_abruptly(start) if self._abrupt else start
+        return start
 
     def _begun_abruptly(self, start: Array) -> Array:
         """Return a start vector whose abrupt memories begin at the best of some levels that they reach later."""
