@@ -12,7 +12,7 @@ from smid.fitting.one_step_ahead import drawn, one_step_ahead
 from smid.fitting.problem import Fit, Fitting
 from smid.models import Model, Parameter
 
-_DRAWN = 250  # random values within the boxes, and as many of any size: in another unit they are 1e-3 or 1e6
+_DRAWN = 125  # random values within the boxes, and as many of any size: in another unit they are 1e-3 or 1e6
 _ORDERS = 16.0  # of magnitude
 _LARGEST = 1e8  # in place of an infinite end
 _EXACT = 1e-14  # reduction of the cost, as small as it can be told
