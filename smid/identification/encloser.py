@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import Any, Protocol
 
 import numpy as np
@@ -26,6 +27,7 @@ from relaxations.solvers import Solver
 from smid.data.window import Window
 from smid.identification.estimate import CentreStatus
 from smid.identification.finite_box import Boxed
+from smid.models import ModelError
 
 NOTHING = Polynomials.from_terms([{}])  # the objective of a search for any feasible point
 
@@ -38,6 +40,11 @@ class Settings:
     ----------
     witnesses
         Whether a polynomial model looks for verified points. Where only emptiness is asked for, they cost most.
+
+    Raises
+    ------
+    ModelError
+        For a number that is negative.
     """
 
     method: str | Method | Cuts = "auto"
@@ -49,6 +56,12 @@ class Settings:
     executor: Executor | None = None
     progress: Progress | None = None
     witnesses: bool = True
+
+    def __post_init__(self) -> None:
+        for name in ("tolerance", "rounds", "nodes"):
+            value = getattr(self, name)
+            if not (isinstance(value, Real) and float(value) >= 0):
+                raise ModelError(f"{name} = {value}: give a number of at least 0")
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from math import isclose
 from smid.data import Dataset
 from smid.data.given import Given, as_dataset
 from smid.data.units import in_units_of
+from smid.feasible.feasible_set import check_noise_bound
 from smid.fitting.binding import bind
 from smid.identification.estimate import Estimate
 from smid.models import Model, ModelError
@@ -66,7 +67,7 @@ def validate(model: Candidate, data: Given, noise_bound: float | Mapping[str, fl
     Raises
     ------
     TypeError, ModelError, DataError
-        If the model is none, has no values, or does not fit the data.
+        If the model is none, has no values, or does not fit the data; for a bound that is not positive.
 
     Examples
     --------
@@ -77,9 +78,10 @@ def validate(model: Candidate, data: Given, noise_bound: float | Mapping[str, fl
     (0, 0.05)
     """
     bound_to, data = bound_model(model, data)
+    bounds = None if noise_bound is None else check_noise_bound(bound_to, noise_bound, None)
     simulated = free_runs(bound_to, data)
     scored = [
         {channel: scored_samples(bound_to, data, number, channel, run[channel]) for channel in bound_to.output_channels}
         for number, run in enumerate(simulated)
     ]
-    return Validation(bound_to, data, scores_of(data, simulated, scored, noise_bound), simulated)
+    return Validation(bound_to, data, scores_of(data, simulated, scored, bounds), simulated)

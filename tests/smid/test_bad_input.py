@@ -199,6 +199,18 @@ MISTAKES: dict[str, tuple[Callable[[Path], object], type[Exception], str, str]] 
         "give it in seconds",
     ),
     "complex samples": (lambda _: data_of(u=U + 1j), DataError, "not a vector of real numbers", "convert it"),
+    "less than no tolerance": (
+        lambda _: identify(MODEL, data_of(), 1.0, tolerance=-1),
+        ModelError,
+        "tolerance = -1",
+        "at least 0",
+    ),
+    "a bound to validate by": (
+        lambda _: validate(MODEL.with_values({"a1": 0, "b0": 1}), data_of(), -1),
+        ModelError,
+        "is -1",
+        "give a positive number",
+    ),
     "a list as a bound": (lambda _: identify(MODEL, data_of(), ["y"]), ModelError, "is not a finite number", "give"),
     "an infinite bound": (lambda _: identify(MODEL, data_of(), np.inf), ModelError, "is inf", "give a positive number"),
     "a bound too few": (

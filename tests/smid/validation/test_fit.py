@@ -106,7 +106,7 @@ def test_mistakes_are_told_in_one_line():
     data = record(0)
     for call, error, words in (
         (lambda: smid.fit(OutputError(), data, "ridge"), ModelError, "'ridge' is unknown: take least_squares or"),
-        (lambda: smid.fit(OutputError(), data, starts=0), ModelError, "starts = 0: give at least 1"),
+        (lambda: smid.fit(OutputError(), data, starts=0), ModelError, "starts = 0: give a whole number of at least 1"),
         (lambda: smid.fit(OutputError(3), data.crop(0, 4)), DataError, "take a longer record or a smaller model"),
         (lambda: smid.fit(OutputError(input="v"), data), DataError, "the model needs the channel 'v'"),
         (lambda: smid.fit(OutputError(), data)["c"], KeyError, "no parameter 'c': the model has a1, b0"),
