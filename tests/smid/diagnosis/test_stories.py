@@ -13,7 +13,6 @@ FRICTION = ("coulomb_friction", "stribeck_friction", "viscous_friction", "quadra
     ("mismatch", "effect"),
     [
         ("time_constant", "time_constant"),
-        ("factor", "gain"),
         ("power", "power_law"),
         ("square_root", "output_curve"),
     ],
