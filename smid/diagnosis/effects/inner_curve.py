@@ -19,7 +19,7 @@ import sympy
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.extremes import larger, smaller
-from smid.diagnosis.effects.parts.lag import lag_line, lag_parameters, time_constant
+from smid.diagnosis.effects.parts.lag import lag_line, lag_parameters, time_constant, with_memory
 from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity, signal_of
 from smid.models import Model, Parameter
 
@@ -43,7 +43,7 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
                 put(model, channel, curve, parameters, lag),
                 tuple({**start, pole.name: p, share.name: 0.5} for start in starts for p in _POLES),
                 f"{label} at the {stem}",
-                inside,
+                {**inside, **with_memory(pole)},
                 describe=partial(_describe, channel, stem),
             )
 

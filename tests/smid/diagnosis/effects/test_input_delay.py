@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from relaxations.algebra.arrays import Array
-from smid import Dataset, Model, OutputError
+from smid import Dataset, Model, OutputError, diagnose
 from smid.diagnosis import Site
 from smid.diagnosis.effects.input_delay import EFFECT
 from smid.identification.inversion.record import Record
@@ -26,6 +26,16 @@ def test_it_picks_a_sample_or_a_point_between_two(delay: float) -> None:
     model, _ = delayed(u)
     run = simulate(model, {"u": u}, {**LAG.values, "delay_samples": delay})
     assert run["u_delayed"][12:] == pytest.approx(np.interp(np.arange(12, 200) - delay, np.arange(200), u))
+
+
+@pytest.mark.parametrize("effects", [["inner_curve"], ["extra_lag", "inner_curve", "input_delay"]])
+def test_it_is_no_lag_that_is_over_within_a_sample(effects: list[str]) -> None:
+    u = steps(1, 400)
+    y = simulate(LAG, {"u": np.concatenate([[0.0], u[:-1]])}, LAG.values)["y"]
+    y = y + 0.01 * np.random.default_rng(0).uniform(-1, 1, 400)
+    data = Dataset.from_arrays(input={"u": u}, output={"y": y}, sampling_time=0.1)
+    found = diagnose(OutputError(), data, 0.01, effects, certify=False, workers=1)
+    assert [cause.effect for cause in found.causes] == [name for name in effects if name == "input_delay"]
 
 
 def test_an_interval_of_delays_leaves_a_constant_input_as_it_is() -> None:
