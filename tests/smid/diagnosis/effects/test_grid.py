@@ -43,5 +43,5 @@ def test_an_effect_that_is_fitted_again_from_known_values_searches_no_grid(monke
     base = based(True)
     trial = try_effect(valve_stiction.EFFECT, base)
     monkeypatch.setattr(valve_stiction, "best_of", lambda *_: pytest.fail("the grid is searched"))
-    again = refit(valve_stiction.EFFECT, trial, base)
+    again = refit(valve_stiction.EFFECT, trial, base, trial.fit.model.values)
     assert again.fit.cost == pytest.approx(trial.fit.cost, rel=1e-6)
