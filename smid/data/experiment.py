@@ -11,9 +11,9 @@ from smid.data.errors import DataError
 
 
 def _read_only(values: ArrayLike) -> NDArray[np.float64]:
-    # Adding 0.0 copies, and turns -0.0 into 0.0, so that equal numbers have equal bytes and equal checksums.
     if np.iscomplexobj(values):
         raise TypeError("complex numbers")
+    # Adding 0.0 copies, and turns -0.0 into 0.0, so that equal numbers have equal bytes and equal checksums.
     array: NDArray[np.float64] = np.asarray(values, dtype=np.float64) + 0.0
     array[np.isnan(array)] = np.nan  # NaN has many bit patterns
     array.setflags(write=False)
