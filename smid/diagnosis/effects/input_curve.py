@@ -1,4 +1,4 @@
-"""Input curve: a static nonlinearity before the dynamics (Hammerstein), polynomial or of straight pieces.
+"""Input curve: a static nonlinearity before the dynamics (Hammerstein): a power, a polynomial, or straight pieces.
 
 Reference: Narendra and Gallman, IEEE Trans. Automatic Control 11 (1966) 546-550; the clutch of the hybrid thesis.
 """
@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 
 from smid.diagnosis.effects.effect import Effect, Extension, Site
 from smid.diagnosis.effects.parts.hinges import curves, slope_changes
-from smid.diagnosis.effects.parts.naming import free_name, quantity
+from smid.diagnosis.effects.parts.naming import find, free_name, quantity
 from smid.models import Model
 
 __all__ = ["EFFECT"]
@@ -25,6 +25,9 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
 def describe(values: Mapping[str, float], site: Site) -> str:
     """Say how much the largest input gains or loses against a straight line."""
     full = site.scale(site.input)
+    exponent = find(values, "input_curve_exponent")
+    if exponent is not None:
+        return f"{site.input} acts with its power {exponent:.3g}."
     if slopes := slope_changes(values, "input_curve"):
         return f"{site.input} acts along a broken line whose slope changes by {slopes} at its kinks."
     share = sum(values.values())

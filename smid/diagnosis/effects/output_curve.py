@@ -1,7 +1,7 @@
 """Output curve: a static nonlinearity of the sensor (Wiener).
 
-Besides polynomials and straight pieces: ``w + c (|w| - w)`` (a sensor without sign), ``w |w/S|^(x-1)`` (a square root),
-``(1 - c) w + d + b sin(k w + phi)`` (a resolver; about a level, as in the hybrid thesis's table 2).
+Besides powers, polynomials and straight pieces: ``w + c (|w| - w)`` (a sensor without sign) and ``(1 - c) w + d + b
+sin(k w + phi)`` (a resolver; about a level, as in the hybrid thesis's table 2).
 Reference: Bai, Automatica 34 (1998) 333-338 (Wiener models).
 """
 
@@ -21,11 +21,9 @@ from smid.diagnosis.effects.parts.hinges import curves, slope_changes
 from smid.diagnosis.effects.parts.naming import find, free_name, fresh, quantity
 from smid.diagnosis.effects.parts.signs import signed_fit
 from smid.models import Model, Parameter
-from smid.models.symbols import number
 
 __all__ = ["EFFECT"]
 
-_GUARD = 1e-6
 _NEAR_ZERO = 0.1  # of the scale; a magnitude comes this close to zero
 _NEGATIVE = 1e-3  # of the scale; a rounding error below zero is no sign
 
@@ -33,7 +31,6 @@ _NEGATIVE = 1e-3  # of the scale; a rounding error below zero is no sign
 def extend(model: Model, site: Site) -> Iterator[Extension]:
     """Put each curve at the sensor."""
     size = site.scale(site.output)
-    scale = number(size)
     name = free_name(model, f"{site.output}_curved")
 
     def seen(curve: Callable[[sympy.Expr], sympy.Expr], parameters: list[Parameter]) -> Model:
@@ -50,23 +47,6 @@ def extend(model: Model, site: Site) -> Iterator[Extension]:
             seen(lambda w: w + fold.symbol * (sympy.Abs(w) - w), [fold]),
             AskedFor(partial(_folded, model, site, fold.name, known)),
             "magnitude",
-        )
-    exponent = fresh(model, "output_exponent", (0.2, 4), "", 1.0)
-    yield Extension(
-        seen(lambda w: w * (sympy.Abs(w / scale) + number(_GUARD)) ** (exponent.symbol - 1), [exponent]),
-        ({exponent.name: 0.6}, {exponent.name: 1.6}, {exponent.name: 2.5}),
-        "power",
-    )
-    if all(p.lower == p.upper for p in model.parameters if p.name not in model.origins):
-        # No gain of the model can make up for the level at which the power is one.
-        level = fresh(model, "output_level", (0.05 * reach, 20 * reach), site.unit(site.output))
-        yield Extension(
-            seen(
-                lambda w: w * (sympy.Abs(w / level.symbol) + number(_GUARD)) ** (exponent.symbol - 1),
-                [exponent, level],
-            ),
-            tuple({exponent.name: x, level.name: reach} for x in (0.6, 1.6, 2.5)),
-            "power about a level",
         )
     for label, curve, parameters, starts in curves(model, site, site.output, "output_curve"):
         yield Extension(seen(curve, parameters), starts, label)
@@ -113,7 +93,7 @@ def _simulated(site: Site) -> Array:
 def describe(values: Mapping[str, float], site: Site) -> str:
     """Say which curve, with its size."""
     y, unit, full = site.output, site.unit(site.output), site.scale(site.output)
-    fold, exponent = find(values, "output_fold"), find(values, "output_exponent")
+    fold, exponent = find(values, "output_fold"), find(values, "output_curve_exponent")
     if fold is not None:
         return f"The sensor of {y} shows the magnitude of negative values (full rectification: 100%, here {fold:.0%})."
     if exponent is not None:

@@ -201,11 +201,18 @@ def reduced(
     result = []
     for k in range(len(one.trials)):
         rest = [t for i, t in enumerate(one.trials) if i != k]
-        names = tuple(sorted(t.effect for t in rest))
-        found = known.get(names) or put_again(rest, base, effects, one.fit.model.values)
+        found = known.get(tuple(sorted(t.effect for t in rest)))
+        if found is None or _variants(found.trials) != _variants(rest):
+            # Alone, an effect may have been tried in other variants only.
+            again = put_again(rest, base, effects, one.fit.model.values)
+            found = min((s for s in (found, again) if s), key=lambda s: criterion(s, base), default=None)
         if found is not None:
             result.append(_fitted_from(found, rest, one, base))
     return result
+
+
+def _variants(trials: Sequence[Trial]) -> list[tuple[str, str]]:
+    return sorted((trial.effect, trial.label) for trial in trials)
 
 
 def _fitted_from(found: EffectSet, rest: Sequence[Trial], one: EffectSet, base: Base) -> EffectSet:

@@ -1,9 +1,10 @@
-"""Polynomials and broken lines with an identity as their straight part, so that a free gain is not fitted twice.
+"""Powers, polynomials and broken lines, with an identity as their straight part: a free gain is not fitted twice.
 
-``x + c2 x^2/X + c3 x^3/X^2 + ...`` with X the largest magnitude, and ``x + sum_i s_i (max(0, x - q_i) - max(0, -q_i))``
-with kinks at inner quantiles of the data, or two that are free.  All c and s are zero without the effect. A curve is no
-bias: zero stays zero. Of a channel that stays away from zero nobody knows what a broken line does there, and the line
-may be moved, ``d + ...``: a valve need not begin to open where its signal is zero.
+``x |x/X|^(p-1)``, ``x + c2 x^2/X + c3 x^3/X^2 + ...`` with X the largest magnitude, and ``x + sum_i s_i (max(0, x -
+q_i) - max(0, -q_i))`` with kinks at inner quantiles of the data, or two that are free.  All c and s are zero without
+the effect, and p is one. A curve is no bias: zero stays zero. Of a channel that stays away from zero nobody knows what
+a broken line does there, and the line may be moved, ``d + ...``: a valve need not begin to open where its signal is
+zero.
 """
 
 from __future__ import annotations
@@ -25,6 +26,9 @@ Curve = tuple[str, Callable[[sympy.Expr], sympy.Expr], list[Parameter], tuple[di
 """Label, map, parameters and starts."""
 
 _BOX = (-5.0, 5.0)
+_EXPONENTS = (0.2, 4.0)
+_POWERS = (0.6, 1.6, 2.5)
+_GUARD = 1e-6  # keeps the slope at zero finite where the exponent is below one
 
 
 def curves(model: Model, site: Site, channel: str, stem: str) -> Iterator[Curve]:
@@ -34,6 +38,13 @@ def curves(model: Model, site: Site, channel: str, stem: str) -> Iterator[Curve]
         return
     size = site.scale(channel)
     scale = number(size)
+    exponent = fresh(model, f"{stem}_exponent", _EXPONENTS, "", 1.0)
+    yield "power", _power(exponent, scale), [exponent], tuple({exponent.name: p} for p in _POWERS)
+    if all(p.lower == p.upper for p in model.parameters if p.name not in model.origins):
+        # No gain of the model can make up for the level at which the power is one.
+        level = fresh(model, f"{stem}_level", (0.05 * size, 20 * size), site.unit(channel))
+        starts = tuple({exponent.name: p, level.name: size} for p in _POWERS)
+        yield "power about a level", _power(exponent, level.symbol), [exponent, level], starts
     square = fresh(model, f"{stem}_square", _BOX, "", 0.0)
     cube = fresh(model, f"{stem}_cube", _BOX, "", 0.0)
 
@@ -86,6 +97,10 @@ def curves(model: Model, site: Site, channel: str, stem: str) -> Iterator[Curve]
             for a, b in ((0.5, -0.5), (-0.3, 0.5))
         ),
     )
+
+
+def _power(exponent: Parameter, scale: sympy.Expr) -> Callable[[sympy.Expr], sympy.Expr]:
+    return lambda x: x * (sympy.Abs(x / scale) + number(_GUARD)) ** (exponent.symbol - 1)
 
 
 def slope_changes(values: Mapping[str, float], stem: str) -> str:

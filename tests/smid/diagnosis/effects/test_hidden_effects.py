@@ -102,7 +102,33 @@ def test_a_cubic_spring(cube: float) -> None:
     assert before > 3
     assert after < 1.2
     assert trial.label == "cubic on w"
-    assert trial.values["spring_cube"] / STEP**2 == pytest.approx(cube, rel=0.1)
+    assert trial.values["spring_cube"] / STEP**2 == pytest.approx(cube, rel=0.05)
+
+
+def test_a_spring_that_is_not_the_same_on_both_sides() -> None:
+    def rate(x: np.ndarray, v: float) -> np.ndarray:
+        return np.array([x[1], 4 * v - 4 * x[0] - 0.8 * x[1] - 3 * x[0] ** 2 - 6 * x[0] ** 3])
+
+    u = held(1, low=-0.6) * 0.6
+    trial, before, after = tried("stiffness", OutputError(2, 1, stable=True), u, walked(u, rate, 2)[:, 0], 0.02)
+    assert before > 3
+    assert after < 1.2
+    assert trial.label == "square and cube on w"
+    assert trial.values["spring_square"] / STEP**2 == pytest.approx(3, rel=0.05)
+    assert trial.values["spring_cube"] / STEP**2 == pytest.approx(6, rel=0.05)
+
+
+@pytest.mark.parametrize("power", [0.55, 1.8])
+def test_an_input_that_acts_with_a_power(power: float) -> None:
+    def rate(x: np.ndarray, v: float) -> np.ndarray:
+        return 2 * np.sign(v) * abs(v) ** power - x / 0.9
+
+    u = held(3)
+    trial, before, after = tried("input_curve", OutputError(stable=True), u, walked(u, rate)[:, 0], 0.02)
+    assert before > 3
+    assert after < 1.2
+    assert trial.label == "power"
+    assert trial.values["input_curve_exponent"] == pytest.approx(power, rel=0.03)
 
 
 def test_a_spring_behind_a_gap() -> None:

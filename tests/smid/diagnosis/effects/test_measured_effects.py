@@ -37,7 +37,7 @@ def test_silverbox_has_a_cubic_spring() -> None:
     base = fitted(OutputError(2, 2, delay=0, offset=True, stable=True), data.select("multisine").crop(0, 4000))
     trial = try_effect(STIFFNESS, base)
     assert trial is not None
-    assert trial.label == "cubic on w"
+    assert trial.label == "square and cube on w"
     assert trial.values["spring_cube"] > 0
     arrow = data.select("arrow").experiments[0].values
     before, after = (

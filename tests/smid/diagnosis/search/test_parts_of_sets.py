@@ -1,5 +1,7 @@
 """The parts of a set, which are compared with it, lack one of its effects."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from smid.diagnosis import EFFECTS
@@ -24,3 +26,18 @@ def test_of_a_set_with_noise_every_other_effect_is_left_out_too() -> None:
     both = EffectSet((first, second), second.fit, second.errors, noise)
     parts = [part.names for part in reduced(both, base, BY_NAME, {})]
     assert parts == [("input_dead_zone", "sensor_bias"), ("sensor_bias",), ("input_dead_zone",)]
+
+
+def test_a_part_has_the_variants_of_the_set_where_they_fit_better() -> None:
+    """Alone, the dead zone was tried in another variant, which does nothing."""
+    u = steps(0, 300)
+    base = fitted_base(LAG, record(u, lag(dead_zone(u, 0.4)) + 0.15), (np.ones(300, bool),), "u", "y")
+    first = try_effect(BY_NAME["input_dead_zone"], base)
+    assert first is not None
+    second = try_effect(BY_NAME["sensor_bias"], base.extended(first))
+    assert second is not None
+    alone = EffectSet((replace(first, label="another"),), base.fit, base.errors)
+    found = reduced(EffectSet((first, second), second.fit, second.errors), base, BY_NAME, {alone.names: alone})
+    (part,) = (one for one in found if one.names == alone.names)
+    assert [trial.label for trial in part.trials] == [first.label]
+    assert part.fit.cost <= first.fit.cost * (1 + 1e-6)
