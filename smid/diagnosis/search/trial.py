@@ -224,13 +224,13 @@ def finish(begun: Begun, base: Base) -> Trial | None:
         tried: list[tuple[float, Trial]] = []
         for candidate in begun.candidates:
             model, problem = candidate.extension.model, _from(candidate, base)
-            vector, cost = problem.start(candidate.values), candidate.cost
+            vector, cost = problem.solve(problem.start(candidate.values), _LONG)
             # Without the effect the fit of the base may be far off: begin from a fit of the whole, too.
             if ahead := one_step_ahead(model, base.data, base.used, starts=1):
                 other = _from(candidate, base)
                 fresh, less = other.solve(other.start(ahead), _SHORT, 1e-4)
-                vector, problem = (fresh, other) if less < cost else (vector, problem)
-            vector, cost = problem.solve(vector, _LONG)
+                fresh, less = other.solve(fresh, _LONG) if less < candidate.cost else (fresh, less)
+                vector, cost, problem = (fresh, less, other) if less < cost else (vector, cost, problem)
             if np.isfinite(cost) and _is_itself(candidate.extension, problem, vector):
                 trial = _trial(
                     begun.effect, candidate.extension, base, problem, vector, cost, candidate.signature, begun.variants

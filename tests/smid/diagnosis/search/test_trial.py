@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from benchmarks.blind.cases import draw
 from smid import Hammerstein, OutputError
+from smid.diagnosis.effects.input_dead_zone import EFFECT as ZONE
 from smid.diagnosis.effects.input_delay import EFFECT as DELAY
 from smid.diagnosis.effects.sensor_bias import EFFECT
 from smid.diagnosis.search.trial import Base, Trial, fitted_base, refit, try_effect
@@ -51,3 +53,11 @@ def test_part_of_a_sample_later_behind_a_curve_is_exact() -> None:
     assert trial is not None
     assert trial.values["delay_samples"] == pytest.approx(old / (1 - pole), abs=0.01)
     assert max(np.abs(e).max() for e in trial.fit.residual(data, "y")) < 1.1 * bound
+
+
+def test_a_fit_of_the_whole_that_is_ahead_after_a_few_steps_takes_no_place_of_a_better_one() -> None:
+    case = draw(120044, 1, 1000)
+    base = fitted_base(case.model, case.data.crop(0, 800), (np.ones(800, bool),), "u", "y")
+    trial = try_effect(ZONE, base)
+    assert trial is not None
+    assert trial.values == pytest.approx({"dead_zone_upper": 0.283, "dead_zone_lower": -0.137}, abs=0.001)
