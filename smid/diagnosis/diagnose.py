@@ -33,7 +33,7 @@ from smid.diagnosis.glitches import Glitches, adds_none, glitches_in, glitches_o
 from smid.diagnosis.long_record import MOST_SAMPLES, fitted_to, shorten
 from smid.diagnosis.parts import Parts, free_run
 from smid.diagnosis.proof.emptiness import Emptiness, prove_empty
-from smid.diagnosis.search.compare import rms, spread, structure
+from smid.diagnosis.search.compare import is_more_than_noise, rms, spread
 from smid.diagnosis.search.evidence import evidence
 from smid.diagnosis.search.guarded import Failure, guarded
 from smid.diagnosis.search.heard import heard
@@ -53,7 +53,6 @@ from smid.models import Model, ModelError
 from smid.models.edit_lines import rename_channels
 from smid.processes import copies
 
-_STRUCTURE = 0.2
 _SEARCHING = 0.8  # of the time allowed
 _LEAST_PROVING = 0.1  # seconds
 
@@ -399,7 +398,7 @@ def _assemble(
         skipped={**{e.name: e.needs or "does not apply" for e in inapplicable}, **failed},
         failed=tuple(failed),
         dropped=tuple(sorted(looked.found.led - set(found.chosen.names))),
-        unexplained=not noise and _is_more_than_noise(after, bound),
+        unexplained=not noise and is_more_than_noise(after, bound),
         simulated=tuple(run[output] for run in base_run),
         extended=tuple(run[output] for run in final_run),
         test=parts.test,
@@ -428,13 +427,6 @@ def _experiment(found: Posterior, looked: _Looked) -> SeparatingExperiment | Non
     if len(rivals) < 2:
         return None
     return separating_experiment(rivals, looked.record.data, looked.record.input, looked.record.output)
-
-
-def _is_more_than_noise(left: Sequence[Array], bound: float | None) -> bool:
-    """Return whether the test error of the extended model exceeds the noise bound, or is correlated."""
-    if bound is not None:
-        return bool(np.abs(np.concatenate(list(left))).max() > 1.2 * bound)
-    return structure(left) > _STRUCTURE
 
 
 def _noise_effects(

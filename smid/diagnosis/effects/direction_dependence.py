@@ -78,4 +78,5 @@ EFFECT = Effect(
     "rising and falling follow different dynamics",
     extend,
     needs="a model with a state",
+    law=False,
 )

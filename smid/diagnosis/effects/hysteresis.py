@@ -165,4 +165,5 @@ EFFECT = Effect(
     extend,
     describe,
     needs="a signal that moves",
+    law=False,
 )

@@ -42,4 +42,5 @@ EFFECT = Effect(
     extend,
     describe,
     needs="an input with three levels or more",
+    law=False,
 )

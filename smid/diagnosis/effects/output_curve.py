@@ -112,4 +112,5 @@ EFFECT = Effect(
     "the sensor shows a curve",
     extend,
     describe,
+    law=False,
 )

@@ -52,4 +52,5 @@ EFFECT = Effect(
     "a parameter jumps at a time",
     extend,
     needs="a model with parameters",
+    law=False,
 )

@@ -32,4 +32,5 @@ EFFECT = Effect(
     "a parameter moves slowly with time",
     extend,
     needs="a model with parameters",
+    law=False,
 )

@@ -61,4 +61,5 @@ EFFECT = Effect(
     extend,
     describe,
     needs="a record long enough for a period",
+    law=False,
 )

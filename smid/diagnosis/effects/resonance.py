@@ -116,4 +116,5 @@ EFFECT = Effect(
     "a complex pole pair swings with the process",
     extend,
     describe,
+    law=False,
 )

@@ -55,4 +55,5 @@ EFFECT = Effect(
     "the sensor shows an offset that moves",
     extend,
     describe,
+    law=False,
 )

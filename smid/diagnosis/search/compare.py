@@ -15,6 +15,8 @@ from scipy.signal import correlate
 from relaxations.algebra.arrays import Array
 
 _DRAWS = 2000
+_STRUCTURE = 0.2  # of residuals: beyond it, noise is not all they are
+_EXCEEDED = 1.2  # by this factor a fit may exceed the noise bound
 
 
 def correlation_length(residuals: Sequence[Array]) -> float:
@@ -112,3 +114,16 @@ def structure(residuals: Sequence[Array], lags: int = 25) -> float:
                 counts += 1
     total = max(squares, 0.0) / max(counts, 1)
     return total / (1.0 + total)
+
+
+def is_more_than_noise(residuals: Sequence[Array], bound: float | None) -> bool:
+    """Return whether residuals exceed the noise bound, or are correlated where none is known.
+
+    Parameters
+    ----------
+    residuals
+        Shape (n,). Per experiment.
+    """
+    if bound is not None:
+        return bool(np.abs(np.concatenate(list(residuals))).max() > _EXCEEDED * bound)
+    return structure(residuals) > _STRUCTURE

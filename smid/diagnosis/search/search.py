@@ -9,6 +9,10 @@ effect on it, each time with a joint fit of everything from several starts.  Wor
 3. of each size below that of the best set, the `WIDTH` best sets: the first effect found need not be one of several;
 4. sets within `REACH` of it that are better than each of their parts.
 
+Where nothing is left to grow and the best set leaves more than noise, the same is done among the *laws* alone (see
+`smid.diagnosis.effects.effect.Effect`): a flexible form explains more than one law, and less than the laws for which it
+stands in.
+
 The parts are fitted with the best set, so that an effect that is not needed drops out. A set whose fit becomes much
 better is grown anew. In the `WIDTH` sets of each step that fit best, each effect is put on anew beside the others, so
 that none keeps a variant that was the best alone. A variant that fits as well as the best is kept beside it: the next
@@ -20,14 +24,15 @@ laws may leave, `OFF`, by how much errors may exceed a noise bound, `SCREEN`, wh
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections import ChainMap, Counter
+from collections.abc import Iterable, Mapping, MutableMapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 
 from relaxations.deadline import Progress, TimeIsUp, map_in_time
 from smid.diagnosis.effects.effect import Effect, on_the_noise
+from smid.diagnosis.search.compare import is_more_than_noise
 from smid.diagnosis.search.effect_set import (
     EffectSet,
     criterion,
@@ -86,11 +91,13 @@ def search(
     """
     by_name = {e.name: e for e in effects}
     fitted = [e for e in effects if e.extend is not on_the_noise]
+    whole = _Scope(fitted, {})
+    laws = _Scope([e for e in fitted if e.law], ChainMap({}, whole.grown))
     ranking = Ranking(record, base.errors, len(effects))
     leader = EffectSet((), base.fit, base.errors)
     kept = _Kept(base, {leader.names: leader}, {})
     parts: dict[EffectSet, list[EffectSet]] = {leader: []}
-    grown: dict[tuple[str, ...], EffectSet] = {}
+    led: set[str] = set()
     heard: set[EffectSet] = set()
     ranked = ranking.rank(kept.sets.values())
     say = progress or (lambda _line: None)
@@ -100,47 +107,64 @@ def search(
         while True:
             ranked = ranking.rank(kept.sets.values())
             kept.sets.update({v.names: v.effects for v in ranked})
-            best = ranked[0].effects
-            if best.names != leader.names:
-                leader = best
-                say(f"best so far: {', '.join(best.names) or 'the base model'}")
-            # The parts of the best set are ranked with it.
-            if best not in parts:
-                parts[best] = reduced(best, base, by_name, kept.sets)
-                kept.add(parts[best])
-                continue
-            worth = [*parts[best], best, *_widest(ranked), *(v.effects for v in _ahead_of_their_parts(ranked))]
-            todo = next((s for s in worth if not s.detected and len(s.trials) < MOST and is_new(s, grown, base)), None)
-            if todo is not None:
-                grown[todo.names] = todo
-                say(f"trying {len(fitted)} effects on {', '.join(todo.names) or 'the base model'}")
-                new = enlarged(todo, base, fitted, executor, say)
-                kept.add(new)
-                # The effects that were there had no say in what came later: let each choose its variant again.
-                ahead = leading([one for one in new if isinstance(one, EffectSet)], base, WIDTH)
-                kept.add(map_in_time(executor, partial(reopened, base=base, effects=by_name), ahead))
-                continue
-            # Effects on the noise need no fit, and are compared where nothing else is left.
-            near = [v.effects for v in ranked if v.merit >= ranked[0].merit - REACH]
-            silent = [one for one in dict.fromkeys((*near, *parts[best], *_widest(ranked))) if one not in heard]
-            if not silent:
-                return Found(ranked, _led(parts), kept.failed, False)
-            heard.update(silent)
-            for one in silent:
-                kept.add(with_noise_effects(one, record, base.fit, effects))
+            if ranked[0].names != leader.names:
+                leader = ranked[0].effects
+                led.update(leader.names)
+                say(f"best so far: {', '.join(leader.names) or 'the base model'}")
+            for scope in (whole, laws):
+                own = scope.of(ranked)
+                best = own[0].effects
+                # The parts of the best set are ranked with it.
+                if best not in parts:
+                    parts[best] = reduced(best, base, by_name, kept.sets)
+                    kept.add(parts[best])
+                    break
+                worth = [*parts[best], best, *_widest(own), *(v.effects for v in _ahead_of_their_parts(own))]
+                plain = (one for one in worth if not one.detected and len(one.trials) < MOST)
+                todo = next((one for one in plain if is_new(one, scope.grown, base)), None)
+                if todo is not None:
+                    scope.grown[todo.names] = todo
+                    say(f"trying {len(scope.effects)} effects on {', '.join(todo.names) or 'the base model'}")
+                    new = enlarged(todo, base, scope.effects, executor, say)
+                    kept.add(new)
+                    # The effects that were there had no say in what came later: let each choose its variant again.
+                    ahead = leading([one for one in new if isinstance(one, EffectSet)], base, WIDTH)
+                    kept.add(map_in_time(executor, partial(reopened, base=base, effects=by_name), ahead))
+                    break
+                # Effects on the noise need no fit, and are compared where nothing else is left.
+                near = [v.effects for v in own if v.merit >= own[0].merit - REACH]
+                silent = [one for one in dict.fromkeys((*near, *parts[best], *_widest(own))) if one not in heard]
+                if silent:
+                    heard.update(silent)
+                    for one in silent:
+                        kept.add(with_noise_effects(one, record, base.fit, effects))
+                    break
+                left = record.part(record.residual(best.fit))
+                if best.detected or not is_more_than_noise(left, record.noise_bound):
+                    return Found(ranked, frozenset(led), kept.failed, False)
+            else:
+                return Found(ranked, frozenset(led), kept.failed, False)
     except (TimeIsUp, KeyboardInterrupt):
-        return Found(ranked, _led(parts), kept.failed, True)
+        return Found(ranked, frozenset(led), kept.failed, True)
+
+
+@dataclass(frozen=True, eq=False)
+class _Scope:
+    """Effects among which is searched, and the sets that were grown by them, by their names."""
+
+    effects: list[Effect]
+    grown: MutableMapping[tuple[str, ...], EffectSet]
+
+    def of(self, ranked: Sequence[Visited]) -> list[Visited]:
+        """Return the sets of these effects alone; an effect on the noise belongs to every scope."""
+        names = {e.name for e in self.effects}
+        return [v for v in ranked if names.issuperset(trial.effect for trial in v.effects.trials)]
 
 
 def is_new(one: EffectSet, grown: Mapping[tuple[str, ...], EffectSet], base: Base) -> bool:
     """Return whether a set has not been grown, or only from a fit that was worse by more than `REACH`."""
     before = grown.get(one.names)
     return before is None or criterion(one, base) < criterion(before, base) - 2 * REACH
-
-
-def _led(parts: Mapping[EffectSet, object]) -> frozenset[str]:
-    """Return every effect of the sets that were best at some time: those whose parts were fitted."""
-    return frozenset(name for one in parts for name in one.names)
 
 
 @dataclass(frozen=True, eq=False)
