@@ -1,4 +1,4 @@
-"""Output saturation: the sensor is at its limit, or a vessel is full.
+"""Output saturation: the sensor is at its limit, a vessel is full, or a stop is reached.
 
 At the sensor ``min(w, upper)`` and ``max(w, lower)``; in the state the same, and the dynamics continue from the limit.
 For this a rate becomes the difference equation that integrates it, so that the state does not wind up. Of vessels in
@@ -104,13 +104,14 @@ def _describe(what: str, values: Mapping[str, float], site: Site) -> str:
     upper, lower = find(values, "upper"), find(values, "lower")
     limits = [f"rises no further than {quantity(upper, unit)}"] if upper is not None else []
     limits += [f"falls no further than {quantity(lower, unit)}"] if lower is not None else []
-    end = "The vessel is full:" if any("overflow" in name for name in values) else "The sensor is at its end:"
+    state = any("overflow" in name for name in values)
+    end = "A vessel is full, or a stop is reached:" if state else "The sensor is at its end:"
     return f"{end} {what} {' and '.join(limits)}."
 
 
 EFFECT = Effect(
     "output_saturation",
-    "the sensor or a vessel is full",
+    "the sensor is at its end, a vessel is full, or a stop is reached",
     extend,
     describe,
 )

@@ -161,9 +161,9 @@ def test_every_field_has_a_label_and_errors_are_alerts(page, served):
     assert "no file was given" in page.said()
 
 
-def test_a_search_shows_progress_and_can_be_stopped(page, served, content):
+def test_a_search_shows_progress_and_can_be_stopped(page, served, long_content):
     page.open(served.address, PHONE)
-    page.value(DROP % json.dumps(content.decode()))
+    page.value(DROP % json.dumps(long_content.decode()))
     page.is_done("data")
     page.choose("role:valve", "input")
     page.choose("role:level (LT-1)", "output")
