@@ -27,7 +27,7 @@ def describe(values: Mapping[str, float], site: Site) -> str:
     full = site.scale(site.input)
     exponent = find(values, "input_curve_exponent")
     if exponent is not None:
-        return f"{site.input} acts with its power {exponent:.3g}."
+        return f"The effect of {site.input} follows the power {exponent:.3g}, not 1."
     if slopes := slope_changes(values, "input_curve"):
         return f"{site.input} acts along a broken line whose slope changes by {slopes} at its kinks."
     share = sum(values.values())

@@ -85,8 +85,8 @@ def _cubic(time: str, values: Mapping[str, float], site: Site) -> str:
 def _uneven(time: str, values: Mapping[str, float], site: Site) -> str:
     y, (square, cube) = site.output, values.values()
     return (
-        f"The spring is not straight: its force on a unit of mass has the terms {square:.3g} {y}^2 and {cube:.3g} "
-        f"{y}^3, in {acceleration(site, time)}."
+        f"The force of the spring is not in proportion to {y}: on a unit of mass it has the terms {square:.3g} {y}^2 "
+        f"and {cube:.3g} {y}^3, in {acceleration(site, time)}."
     )
 
 

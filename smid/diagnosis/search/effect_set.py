@@ -202,17 +202,13 @@ def reduced(
     for k in range(len(one.trials)):
         rest = [t for i, t in enumerate(one.trials) if i != k]
         found = known.get(tuple(sorted(t.effect for t in rest)))
-        if found is None or _variants(found.trials) != _variants(rest):
+        if found is None or sorted(t.variant for t in found.trials) != sorted(t.variant for t in rest):
             # Alone, an effect may have been tried in other variants only.
             again = put_again(rest, base, effects, one.fit.model.values)
             found = min((s for s in (found, again) if s), key=lambda s: criterion(s, base), default=None)
         if found is not None:
             result.append(_fitted_from(found, rest, one, base))
     return result
-
-
-def _variants(trials: Sequence[Trial]) -> list[tuple[str, str]]:
-    return sorted((trial.effect, trial.label) for trial in trials)
 
 
 def _fitted_from(found: EffectSet, rest: Sequence[Trial], one: EffectSet, base: Base) -> EffectSet:
@@ -225,7 +221,7 @@ def _fitted_from(found: EffectSet, rest: Sequence[Trial], one: EffectSet, base: 
     """
     left, values = list(found.trials), {**found.fit.model.values, **one.fit.model.values}
     for old in rest:
-        new = next((t for t in left if (t.effect, t.label) == (old.effect, old.label)), None)
+        new = next((t for t in left if t.variant == old.variant), None)
         if new is None:
             return found
         left.remove(new)

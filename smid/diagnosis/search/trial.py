@@ -68,6 +68,11 @@ class Trial:
     tied: tuple[Trial, ...] = ()
 
     @property
+    def variant(self) -> tuple[str, str]:
+        """The effect and its label."""
+        return self.effect, self.label
+
+    @property
     def values(self) -> dict[str, float]:
         """Fitted values of the effect's parameters."""
         return {name: self.fit.model.values[name] for name in self.parameters}

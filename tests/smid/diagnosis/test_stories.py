@@ -49,7 +49,7 @@ def test_a_mismatch_of_table_2_is_told_from_its_rivals(
 ) -> None:
     """Those that take long among all effects (`python -m benchmarks.stories` has them there)."""
     model, data, bound = reactor(mismatch)
-    diagnosis = diagnose(model, data.crop(0, 400), bound, effects=(effect, *rivals, "gain"), certify=False, workers=1)
+    diagnosis = diagnose(model, data, bound, effects=(effect, *rivals, "gain"), certify=False, workers=1)
     assert diagnosis.verdict in verdicts
     assert {cause.effect: cause.confidence for cause in diagnosis.causes}[effect] >= 0.95
     assert diagnosis.gain.noise_bound_after < 1.2 * bound

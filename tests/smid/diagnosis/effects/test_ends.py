@@ -158,6 +158,9 @@ def test_a_spring_behind_the_second_output_is_found() -> None:
     assert_recovered(trial, data, errors)
     (cubic,) = (one for one in (trial, *trial.tied) if one.label == "cubic on x, z")
     assert cubic.values["spring_cube"] == pytest.approx(0.08e-6, rel=0.1)
+    # Beside the cube, a square is next to nothing.
+    reach = np.abs(data.values("z")).max()
+    assert abs(trial.values.get("spring_square", 0.0)) < 0.02 * trial.values["spring_cube"] * reach
     assert "z^3" in said
 
 

@@ -180,8 +180,8 @@ def test_good_moderate_and_bad_are_all_runs():
 
 @pytest.mark.parametrize("way", ["white", "certified"])
 def test_what_is_known_of_the_arm_is_a_good_start(way):
-    runs = run_embedded("six_two_negative", way, [0], noise_bound=0.002, noise_seed=5)
-    assert runs.counts == (1, 0, 0)
+    runs = run_embedded("six_two_negative", way, range(2), noise_bound=0.002, noise_seed=5)
+    assert runs.counts == (2, 0, 0)
     assert runs.theta == pytest.approx(ARM["theta"], rel=0.005)
 
 
