@@ -9,7 +9,7 @@ effect on it, each time with a joint fit of everything from several starts.  Wor
 3. of each size below that of the best set, the `WIDTH` best sets: the first effect found need not be one of several;
 4. sets within `REACH` of it that are better than each of their parts.
 
-Where nothing is left to grow and the best set leaves more than noise, the same is done among the *laws* alone (see
+Where nothing is left to grow and what the best set leaves is correlated, the same is done among the *laws* alone (see
 `smid.diagnosis.effects.effect.Effect`): a flexible form explains more than one law, and less than the laws for which it
 stands in.
 
@@ -32,7 +32,7 @@ from functools import partial
 
 from relaxations.deadline import Progress, TimeIsUp, map_in_time
 from smid.diagnosis.effects.effect import Effect, on_the_noise
-from smid.diagnosis.search.compare import is_more_than_noise
+from smid.diagnosis.search.compare import is_correlated
 from smid.diagnosis.search.effect_set import (
     EffectSet,
     criterion,
@@ -139,8 +139,7 @@ def search(
                     for one in silent:
                         kept.add(with_noise_effects(one, record, base.fit, effects))
                     break
-                left = record.part(record.residual(best.fit))
-                if best.detected or not is_more_than_noise(left, record.noise_bound):
+                if best.detected or not is_correlated(record.part(record.residual(best.fit))):
                     return Found(ranked, frozenset(led), kept.failed, False)
             else:
                 return Found(ranked, frozenset(led), kept.failed, False)
