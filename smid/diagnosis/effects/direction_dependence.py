@@ -78,5 +78,4 @@ EFFECT = Effect(
     "rising and falling follow different dynamics",
     extend,
     needs="a model with a state",
-    law=False,
 )

@@ -189,8 +189,6 @@ class Effect:
         effect. The model has values; the site's residual is over the whole record.
     marks_glitches
         Whether `detect` finds single bad samples. They are left out before any other effect is tried.
-    law
-        Whether it is one thing that a plant has or has not, and no form or change that may stand in for several.
 
     Examples
     --------
@@ -211,7 +209,6 @@ class Effect:
     needs: str = ""
     detect: Callable[[Model, Site], Detection | None] | None = None
     marks_glitches: bool = False
-    law: bool = True
 
     def extensions(self, model: Model, site: Site) -> Iterator[Extension]:
         """Yield every way to put the effect on a model, with the effect as the origin of all that it adds.

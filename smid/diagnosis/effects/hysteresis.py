@@ -165,5 +165,4 @@ EFFECT = Effect(
     extend,
     describe,
     needs="a signal that moves",
-    law=False,
 )

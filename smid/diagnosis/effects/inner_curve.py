@@ -133,5 +133,4 @@ EFFECT = Effect(
     "a saturation, dead zone or diode between two lags",
     extend,
     needs="an input or an output that moves",
-    law=False,
 )

@@ -42,5 +42,4 @@ EFFECT = Effect(
     extend,
     describe,
     needs="an input with three levels or more",
-    law=False,
 )

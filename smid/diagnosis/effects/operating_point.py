@@ -82,5 +82,4 @@ EFFECT = Effect(
     "a parameter of the dynamics depends on the level",
     extend,
     needs="parameters in the lines of the states",
-    law=False,
 )

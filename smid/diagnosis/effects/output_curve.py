@@ -112,5 +112,4 @@ EFFECT = Effect(
     "the sensor shows a curve",
     extend,
     describe,
-    law=False,
 )

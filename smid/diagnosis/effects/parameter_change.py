@@ -52,5 +52,4 @@ EFFECT = Effect(
     "a parameter jumps at a time",
     extend,
     needs="a model with parameters",
-    law=False,
 )

@@ -32,5 +32,4 @@ EFFECT = Effect(
     "a parameter moves slowly with time",
     extend,
     needs="a model with parameters",
-    law=False,
 )

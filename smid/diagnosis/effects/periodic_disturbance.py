@@ -61,5 +61,4 @@ EFFECT = Effect(
     extend,
     describe,
     needs="a record long enough for a period",
-    law=False,
 )

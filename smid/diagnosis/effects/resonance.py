@@ -116,5 +116,4 @@ EFFECT = Effect(
     "a complex pole pair swings with the process",
     extend,
     describe,
-    law=False,
 )

@@ -36,5 +36,4 @@ EFFECT = Effect(
     "a parameter depends on a measured channel",
     extend,
     needs="a further measured channel that moves",
-    law=False,
 )

@@ -55,5 +55,4 @@ EFFECT = Effect(
     "the sensor shows an offset that moves",
     extend,
     describe,
-    law=False,
 )

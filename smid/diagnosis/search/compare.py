@@ -126,15 +126,4 @@ def is_more_than_noise(residuals: Sequence[Array], bound: float | None) -> bool:
     """
     if bound is not None:
         return bool(np.abs(np.concatenate(list(residuals))).max() > _EXCEEDED * bound)
-    return is_correlated(residuals)
-
-
-def is_correlated(residuals: Sequence[Array]) -> bool:
-    """Return whether residuals are too far from white to be noise.
-
-    Parameters
-    ----------
-    residuals
-        Shape (n,). Per experiment.
-    """
     return structure(residuals) > _STRUCTURE

@@ -3,15 +3,13 @@
 All sets ever fitted are kept with their merit (`smid.diagnosis.search.evidence`).  A set is *grown* by putting every
 effect on it, each time with a joint fit of everything from several starts.  Worth growing are
 
-1. the parts of the best set, which lack one of its effects: every other effect is tried in the place of each, before a
+1. of each size below that of the best set, the `WIDTH` best sets: the first effect found need not be one of several.
+   Small sets come first, because what a large set lacks is found in them for less, and sets that differ in two effects
+   come before their neighbours, which one stand-in may all have;
+2. the parts of the best set, which lack one of its effects: every other effect is tried in the place of each, before a
    further one is added (Pudil, Novovicova and Kittler, Pattern Recognition Letters 15, 1994);
-2. the best set;
-3. of each size below that of the best set, the `WIDTH` best sets: the first effect found need not be one of several;
+3. the best set;
 4. sets within `REACH` of it that are better than each of their parts.
-
-Where nothing is left to grow and what the best set leaves is correlated, the same is done among the *laws* alone (see
-`smid.diagnosis.effects.effect.Effect`): a flexible form explains more than one law, and less than the laws for which it
-stands in.
 
 The parts are fitted with the best set, so that an effect that is not needed drops out. A set whose fit becomes much
 better is grown anew. In the `WIDTH` sets of each step that fit best, each effect is put on anew beside the others, so
@@ -24,15 +22,14 @@ laws may leave, `OFF`, by how much errors may exceed a noise bound, `SCREEN`, wh
 
 from __future__ import annotations
 
-from collections import ChainMap, Counter
-from collections.abc import Iterable, Mapping, MutableMapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 
 from relaxations.deadline import Progress, TimeIsUp, map_in_time
 from smid.diagnosis.effects.effect import Effect, on_the_noise
-from smid.diagnosis.search.compare import is_correlated
 from smid.diagnosis.search.effect_set import (
     EffectSet,
     criterion,
@@ -91,13 +88,11 @@ def search(
     """
     by_name = {e.name: e for e in effects}
     fitted = [e for e in effects if e.extend is not on_the_noise]
-    whole = _Scope(fitted, {})
-    laws = _Scope([e for e in fitted if e.law], ChainMap({}, whole.grown))
     ranking = Ranking(record, base.errors, len(effects))
     leader = EffectSet((), base.fit, base.errors)
     kept = _Kept(base, {leader.names: leader}, {})
     parts: dict[EffectSet, list[EffectSet]] = {leader: []}
-    led: set[str] = set()
+    grown: dict[tuple[str, ...], EffectSet] = {}
     heard: set[EffectSet] = set()
     ranked = ranking.rank(kept.sets.values())
     say = progress or (lambda _line: None)
@@ -107,63 +102,47 @@ def search(
         while True:
             ranked = ranking.rank(kept.sets.values())
             kept.sets.update({v.names: v.effects for v in ranked})
-            if ranked[0].names != leader.names:
-                leader = ranked[0].effects
-                led.update(leader.names)
-                say(f"best so far: {', '.join(leader.names) or 'the base model'}")
-            for scope in (whole, laws):
-                own = scope.of(ranked)
-                best = own[0].effects
-                # The parts of the best set are ranked with it.
-                if best not in parts:
-                    parts[best] = reduced(best, base, by_name, kept.sets)
-                    kept.add(parts[best])
-                    break
-                worth = [*parts[best], best, *_widest(own), *(v.effects for v in _ahead_of_their_parts(own))]
-                plain = (one for one in worth if not one.detected and len(one.trials) < MOST)
-                todo = next((one for one in plain if is_new(one, scope.grown, base)), None)
-                if todo is not None:
-                    scope.grown[todo.names] = todo
-                    say(f"trying {len(scope.effects)} effects on {', '.join(todo.names) or 'the base model'}")
-                    new = enlarged(todo, base, scope.effects, executor, say)
-                    kept.add(new)
-                    # The effects that were there had no say in what came later: let each choose its variant again.
-                    ahead = leading([one for one in new if isinstance(one, EffectSet)], base, WIDTH)
-                    kept.add(map_in_time(executor, partial(reopened, base=base, effects=by_name), ahead))
-                    break
-                # Effects on the noise need no fit, and are compared where nothing else is left.
-                near = [v.effects for v in own if v.merit >= own[0].merit - REACH]
-                silent = [one for one in dict.fromkeys((*near, *parts[best], *_widest(own))) if one not in heard]
-                if silent:
-                    heard.update(silent)
-                    for one in silent:
-                        kept.add(with_noise_effects(one, record, base.fit, effects))
-                    break
-                if best.detected or not is_correlated(record.part(record.residual(best.fit))):
-                    return Found(ranked, frozenset(led), kept.failed, False)
-            else:
-                return Found(ranked, frozenset(led), kept.failed, False)
+            best = ranked[0].effects
+            if best.names != leader.names:
+                leader = best
+                say(f"best so far: {', '.join(best.names) or 'the base model'}")
+            # The parts of the best set are ranked with it.
+            if best not in parts:
+                parts[best] = reduced(best, base, by_name, kept.sets)
+                kept.add(parts[best])
+                continue
+            worth = [*widest(ranked), *parts[best], best, *(v.effects for v in _ahead_of_their_parts(ranked))]
+            todo = next((s for s in worth if not s.detected and len(s.trials) < MOST and is_new(s, grown, base)), None)
+            if todo is not None:
+                grown[todo.names] = todo
+                say(f"trying {len(fitted)} effects on {', '.join(todo.names) or 'the base model'}")
+                new = enlarged(todo, base, fitted, executor, say)
+                kept.add(new)
+                # The effects that were there had no say in what came later: let each choose its variant again.
+                ahead = leading([one for one in new if isinstance(one, EffectSet)], base, WIDTH)
+                kept.add(map_in_time(executor, partial(reopened, base=base, effects=by_name), ahead))
+                continue
+            # Effects on the noise need no fit, and are compared where nothing else is left.
+            near = [v.effects for v in ranked if v.merit >= ranked[0].merit - REACH]
+            silent = [one for one in dict.fromkeys((*near, *parts[best], *widest(ranked))) if one not in heard]
+            if not silent:
+                return Found(ranked, _led(parts), kept.failed, False)
+            heard.update(silent)
+            for one in silent:
+                kept.add(with_noise_effects(one, record, base.fit, effects))
     except (TimeIsUp, KeyboardInterrupt):
-        return Found(ranked, frozenset(led), kept.failed, True)
-
-
-@dataclass(frozen=True, eq=False)
-class _Scope:
-    """Effects among which is searched, and the sets that were grown by them, by their names."""
-
-    effects: list[Effect]
-    grown: MutableMapping[tuple[str, ...], EffectSet]
-
-    def of(self, ranked: Sequence[Visited]) -> list[Visited]:
-        """Return the sets of these effects alone; an effect on the noise belongs to every scope."""
-        names = {e.name for e in self.effects}
-        return [v for v in ranked if names.issuperset(trial.effect for trial in v.effects.trials)]
+        return Found(ranked, _led(parts), kept.failed, True)
 
 
 def is_new(one: EffectSet, grown: Mapping[tuple[str, ...], EffectSet], base: Base) -> bool:
     """Return whether a set has not been grown, or only from a fit that was worse by more than `REACH`."""
     before = grown.get(one.names)
     return before is None or criterion(one, base) < criterion(before, base) - 2 * REACH
+
+
+def _led(parts: Mapping[EffectSet, object]) -> frozenset[str]:
+    """Return every effect of the sets that were best at some time: those whose parts were fitted."""
+    return frozenset(name for one in parts for name in one.names)
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,11 +166,19 @@ class _Kept:
                 self.sets[one.names] = one
 
 
-def _widest(ranked: Sequence[Visited]) -> list[EffectSet]:
-    """Return the best sets of each size below that of the best, small sets first."""
+def widest(ranked: Sequence[Visited]) -> list[EffectSet]:
+    """Return the best sets of each size below that of the best, small sets first, and those apart before the others."""
     plain = [v.effects for v in ranked if not v.effects.detected]
-    sizes = range(len(ranked[0].names))
-    return [one for size in sizes for one in [s for s in plain if len(s.trials) == size][:WIDTH]]
+    result: list[EffectSet] = []
+    for size in range(len(ranked[0].names)):
+        apart: list[EffectSet] = []
+        near: list[EffectSet] = []
+        for one in plain:
+            if len(one.trials) == size:
+                is_near = any((Counter(one.names) - Counter(other.names)).total() < 2 for other in apart)
+                (near if is_near else apart).append(one)
+        result += [*apart, *near][:WIDTH]
+    return result
 
 
 def _ahead_of_their_parts(ranked: Sequence[Visited]) -> list[Visited]:

@@ -3,6 +3,7 @@
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from functools import lru_cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from benchmarks.blind.cases import draw
 from smid import Dataset, OutputError, Parameter
 from smid.diagnosis import Diagnosis, Effect, Extension, diagnose
 from smid.diagnosis.search.effect_set import EffectSet
-from smid.diagnosis.search.search import is_new
+from smid.diagnosis.search.search import WIDTH, is_new, widest
 from smid.diagnosis.search.trial import fitted_base
 from smid.models import Line, Measurement, Model
 from smid.models.symbols import signal, t
@@ -374,13 +375,24 @@ def test_a_set_is_grown_again_only_from_a_much_better_fit(share, grown_again):
     assert is_new(second, {first.names: first}, base) == grown_again
 
 
-@pytest.mark.parametrize("correlated", [False, True])
-def test_laws_are_searched_on_their_own_where_what_the_best_set_leaves_is_correlated(correlated):
-    """Forms that move with time follow a random walk better than laws, but not to the end. No law makes a glitch."""
-    u, said = steps(0, 400), []
-    walk = 0.02 * np.cumsum(np.random.default_rng(1).normal(size=400))
-    drift_and_glitch = np.linspace(0, 1, 400) + 3 * BOUND * (np.arange(400) == 100)
-    forms, laws = ("sensor_drift", "parameter_drift", "periodic_disturbance"), ("sensor_bias", "input_dead_zone")
-    y = lag(dead_zone(u, 0.4)) + (walk if correlated else drift_and_glitch)
-    look(record(u, y), (*forms, *laws), progress=said.append)
-    assert any(line.startswith("trying 2 effects on ") for line in said) == correlated
+def test_small_sets_are_grown_first():
+    """In the place of each of two effects, and of what stands in for both, all others are tried before a third."""
+    said = []
+    look(hidden("two"), progress=said.append)
+    tried = [line.split(" effects on ")[1] for line in said if line.startswith("trying ")]
+    sizes = [0 if names == "the base model" else names.count(",") + 1 for names in tried]
+    assert sizes[: WIDTH + 1] == [0, *[1] * WIDTH]
+    assert max(sizes) > 1
+
+
+def test_one_stand_in_does_not_fill_the_beam():
+    """The pairs with it are the best by far; the best pair without it comes before a third one with it."""
+
+    def ranked(*names: str) -> SimpleNamespace:
+        return SimpleNamespace(names=names, effects=SimpleNamespace(names=names, trials=names, detected=None))
+
+    stand_ins = [ranked("curve", name) for name in ("delay", "drift", "lag")]
+    found = widest(
+        [ranked("curve", "delay", "lag"), *stand_ins, ranked("friction", "gravity"), ranked("gravity", "lag")]
+    )
+    assert [one.names for one in found] == [("curve", "delay"), ("friction", "gravity"), ("curve", "drift")]
