@@ -36,7 +36,7 @@ from smid.diagnosis.proof.emptiness import Emptiness, prove_empty
 from smid.diagnosis.search.compare import is_more_than_noise, rms, spread
 from smid.diagnosis.search.evidence import evidence
 from smid.diagnosis.search.guarded import Failure, guarded
-from smid.diagnosis.search.heard import heard
+from smid.diagnosis.search.judged import judged
 from smid.diagnosis.search.noise_model import noise_model
 from smid.diagnosis.search.posterior import Posterior, posterior
 from smid.diagnosis.search.ranking import Visited
@@ -178,7 +178,7 @@ def diagnose(
     if windowed:
         looked = _look_at_all(looked, _record(model, parts.seen, output, bound), chosen, say)
     elif looked.found.interrupted:
-        looked = _heard(looked, chosen, seconds - (time.monotonic() - began))
+        looked = _judged(looked, chosen, seconds - (time.monotonic() - began))
     found = posterior(looked.found.visited, looked.same)
     left_over = max(seconds - (time.monotonic() - began), _LEAST_PROVING)
     proof = None
@@ -282,11 +282,11 @@ def _look(
     return replace(looked, found=replace(found, interrupted=True))
 
 
-def _heard(looked: _Looked, chosen: Sequence[Effect], seconds: float) -> _Looked:
-    """Compare the effects on the noise, which a search that was ended has not come to."""
+def _judged(looked: _Looked, chosen: Sequence[Effect], seconds: float) -> _Looked:
+    """Compare what a search that was ended has not come to; see `judged`."""
     record, sets = replace(looked.record, used=looked.base.used), [one.effects for one in looked.found.visited]
     with suppress(TimeIsUp, KeyboardInterrupt), time_limit(max(seconds, _LEAST_PROVING)):
-        visited = heard(record, looked.base, sets, chosen)
+        visited = judged(record, looked.base, sets, chosen)
         return replace(looked, found=replace(looked.found, visited=visited))
     return looked
 
