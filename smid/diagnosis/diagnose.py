@@ -387,6 +387,7 @@ def _assemble(
         unit=data.channel(output).unit,
         verdict=verdict,
         causes=tuple(causes),
+        alternatives=found.alternatives,
         details=tuple(details),
         doubts={name: found.probability[name] for name in found.doubts},
         misfit=looked.shown,

@@ -74,6 +74,8 @@ class Diagnosis(Tabular):
     causes
         Named effects, what is missed most first; where ambiguous, the likeliest alternative comes last and names the
         others.
+    alternatives
+        Where ambiguous, the effects of which one is there, the likeliest first; otherwise none.
     details
         Effects that the record shows, but that change the test error by less than its own spread.
     doubts
@@ -117,6 +119,7 @@ class Diagnosis(Tabular):
     unit: str
     verdict: Verdict
     causes: tuple[Cause, ...]
+    alternatives: tuple[str, ...]
     details: tuple[Cause, ...]
     doubts: Mapping[str, float]
     misfit: Misfit
@@ -218,14 +221,6 @@ class Diagnosis(Tabular):
         return self.verdict.sentence
 
     @property
-    def alternatives(self) -> tuple[str, ...]:
-        """Where ambiguous, the effects that explain the data equally well; otherwise none."""
-        if self.verdict is not Verdict.AMBIGUOUS:
-            return ()
-        last = self.causes[-1]
-        return self.experiment.rivals if self.experiment else (last.effect, *(r.effect for r in last.rivals))
-
-    @property
     def new_parameters(self) -> tuple[str, ...]:
         """Parameters of the extended model that the causes brought, or set free."""
         known = {p.name for p in self.model.parameters}
@@ -251,6 +246,7 @@ class Diagnosis(Tabular):
             "schema": self.SCHEMA,
             "verdict": self.verdict.value,
             "causes": [cause.to_dict() for cause in self.causes],
+            "alternatives": list(self.alternatives),
             "details": [cause.to_dict() for cause in self.details],
             "doubts": dict(self.doubts),
             "gain": self.gain.to_dict(),

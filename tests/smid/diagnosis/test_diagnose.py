@@ -32,7 +32,7 @@ WHOLE = {
         "skipped",
     ),
     *("failed", "dropped", "unexplained", "interrupted", "base", "model", "data", "details", "doubts", "test_samples"),
-    "name_proof",
+    *("name_proof", "alternatives"),
 }
 
 

@@ -37,6 +37,7 @@ def ambiguous(named):
         named,
         verdict=Verdict.AMBIGUOUS,
         causes=(replace(first, rivals=(rival, *first.rivals[1:]), confidence=0.6),),
+        alternatives=names,
         experiment=SeparatingExperiment("PRBS", np.tile([0.2, -0.2], 50), 0.12, names, sentence),
         model=named.base,
         extended=named.simulated,
