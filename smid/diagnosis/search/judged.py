@@ -1,7 +1,7 @@
 """The last comparison, after a search that was ended, or that saw windows only.
 
-No effect is named that was not compared with its absence: the parts of the best set are fitted, and of what they leave
-the effects on the noise, which need no fit.
+As far as the time goes, the best set is compared with its parts, so that no effect is named for lack of a comparison,
+and with effects on the noise, which need no fit.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ __all__ = ["judged"]
 def judged(record: Record, base: Base, sets: Iterable[EffectSet], effects: Sequence[Effect]) -> tuple[Visited, ...]:
     """Return the sets with their merits, and with them the parts of the best one and what its noise tells.
 
-    Where the time is up, or Ctrl-C is pressed, what was compared so far is returned.
+    Where the time is up, what was compared so far is returned.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def judged(record: Record, base: Base, sets: Iterable[EffectSet], effects: Seque
     ranking = Ranking(record, base.errors, len(effects))
     ranked = ranking.rank(known.values())
     done: set[EffectSet] = set()
-    with suppress(TimeIsUp, KeyboardInterrupt):
+    with suppress(TimeIsUp):
         while (leader := ranked[0].effects) not in done:
             done.add(leader)
             known.update({v.names: v.effects for v in ranked})

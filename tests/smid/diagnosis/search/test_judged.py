@@ -1,4 +1,4 @@
-"""The last comparison after a search that was ended: no effect is named that was not compared with its absence."""
+"""The last comparison after a search that was ended."""
 
 import numpy as np
 
