@@ -14,6 +14,7 @@ from smid.diagnosis.effects.effect import Effect
 from smid.diagnosis.search.effect_set import EffectSet, reduced, with_noise_effects
 from smid.diagnosis.search.ranking import Ranking, Visited
 from smid.diagnosis.search.record import Record
+from smid.diagnosis.search.search import Kept
 from smid.diagnosis.search.trial import Base
 
 __all__ = ["judged"]
@@ -30,16 +31,15 @@ def judged(record: Record, base: Base, sets: Iterable[EffectSet], effects: Seque
         What the sets are compared on, and the base model fitted to it.
     """
     by_name = {e.name: e for e in effects}
-    known = {one.names: one for one in sets}
+    kept = Kept(base, {one.names: one for one in sets}, {})
     ranking = Ranking(record, base.errors, len(effects))
-    ranked = ranking.rank(known.values())
+    ranked = ranking.rank(kept.sets.values())
     done: set[EffectSet] = set()
     with suppress(TimeIsUp):
         while (leader := ranked[0].effects) not in done:
             done.add(leader)
-            known.update({v.names: v.effects for v in ranked})
-            for one in (*with_noise_effects(leader, record, base.fit, effects), *reduced(leader, base, by_name, known)):
-                if isinstance(one, EffectSet):
-                    known[one.names] = one
-            ranked = ranking.rank(known.values())
+            kept.sets.update({v.names: v.effects for v in ranked})
+            kept.add(with_noise_effects(leader, record, base.fit, effects))
+            kept.add(reduced(leader, base, by_name, kept.sets))
+            ranked = ranking.rank(kept.sets.values())
     return ranked

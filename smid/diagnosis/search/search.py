@@ -90,7 +90,7 @@ def search(
     fitted = [e for e in effects if e.extend is not on_the_noise]
     ranking = Ranking(record, base.errors, len(effects))
     leader = EffectSet((), base.fit, base.errors)
-    kept = _Kept(base, {leader.names: leader}, {})
+    kept = Kept(base, {leader.names: leader}, {})
     parts: dict[EffectSet, list[EffectSet]] = {leader: []}
     grown: dict[tuple[str, ...], EffectSet] = {}
     heard: set[EffectSet] = set()
@@ -146,7 +146,7 @@ def _led(parts: Mapping[EffectSet, object]) -> frozenset[str]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Kept:
+class Kept:
     """The sets that were fitted, by the names of their effects, and the reasons of the effects that failed."""
 
     base: Base
